@@ -1,0 +1,1 @@
+"""Learns from data: marker measurement, camera and arm calibration, diagnosis."""

@@ -1,0 +1,1 @@
+"""The real bench: serial protocol, firmware, webcam, capture, safety."""

@@ -1,0 +1,1 @@
+"""What we believe: kinematics, camera, servo and effect terms, nominal values."""

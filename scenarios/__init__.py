@@ -1,0 +1,1 @@
+"""Declares and runs whole jobs: scenario files, runner, command line, reports."""
