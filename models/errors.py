@@ -1,0 +1,37 @@
+"""The small tree of errors: what the user can mend (exit code 2), and what went wrong in a job (exit code 1)."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+
+class ArmtwinError(Exception):
+    """Base of every error that armtwin raises on purpose; the command line prints it as one line."""
+
+    exit_code = 1
+
+
+class JobError(ArmtwinError):
+    """The job could not be done although its input was right (exit code 1)."""
+
+
+class InputError(ArmtwinError):
+    """The input is wrong (exit code 2). The message names the file and key, what was found and what was wanted."""
+
+    exit_code = 2
+
+
+class UnreachablePoseError(InputError):
+    """A pose of the end effector lies outside the arm's reach."""
+
+
+class RecordingError(InputError):
+    """A recording folder breaks its contract."""
+
+
+def nearest(name: str, valid: Iterable[str]) -> str:
+    """Return "; did you mean 'x'?" for the valid name nearest to `name`, or the list of valid names."""
+    names = sorted(valid)
+    close = difflib.get_close_matches(name, names, n=1)
+    return f"; did you mean '{close[0]}'?" if close else f"; valid names are {', '.join(names)}"
