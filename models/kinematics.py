@@ -1,0 +1,130 @@
+"""Planar kinematics: equations (2) to (9), with the sign of (8) corrected, and the deviated model (17, 18).
+
+A planar chain is a sum of complex numbers, one a link: link i points along the sum of the joint angles up to i.
+That form serves any number of joints; for planar3 the last link is the complex length l4 - j l5, since C, E and F are
+one rigid body (section 2.1).
+
+Equation (8) as printed has a wrong sign: forward(inverse(p)) misses p by up to 48 mm on the paper's own circles. Here
+theta1 = atan2(-(C_y l2 c2 + C_x (l1 - l2 s2)), (l1 - l2 s2) C_y - l2 c2 C_x), which closes to rounding.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.arm import Arm
+from models.errors import InputError, UnreachablePoseError
+
+Array = NDArray[np.float64]
+Elbow = Literal["paper", "other"]
+
+
+@dataclass(frozen=True, eq=False)
+class Deviation:
+    """What the built arm differs by from the drawing: link lengths, mm, and joint zeros, rad (section 4)."""
+
+    lengths_mm: Array
+    joints_rad: Array
+
+    @classmethod
+    def none(cls, arm: Arm) -> Deviation:
+        """Return no deviation for `arm`."""
+        return cls(np.zeros_like(arm.link_lengths_mm), np.zeros(arm.n_joints))
+
+
+def complex_links(arm: Arm, delta: Deviation | None = None) -> NDArray[np.complex128]:
+    """(n,) each link as a complex length in its own frame; planar3's last is l4 - j l5."""
+    lengths = arm.link_lengths_mm if delta is None else arm.link_lengths_mm + delta.lengths_mm
+    if arm.is_planar3:
+        return np.array([lengths[0], lengths[1], lengths[2] - 1j * lengths[3]])
+    return lengths.astype(complex)
+
+
+def link_angles(arm: Arm, q: Array, delta: Deviation | None = None) -> Array:
+    """(N, n) direction of each link against the robot's x axis, rad, for (N, n) joint angles."""
+    joints = q + arm.zero_pose_rad
+    if delta is not None:
+        joints = joints + delta.joints_rad
+    angles: Array = np.cumsum(joints, axis=-1)
+    return angles
+
+
+def marker_positions(arm: Arm, q: Array, delta: Deviation | None = None) -> Array:
+    """(N, n+1, 2) markers on the axes and the tip in the robot frame, mm, A first (equations 2, 3, 17, 18)."""
+    links = complex_links(arm, delta) * np.exp(1j * link_angles(arm, q, delta))
+    points = np.concatenate([np.zeros_like(links[..., :1]), np.cumsum(links, axis=-1)], axis=-1)
+    return np.stack([points.real, points.imag], axis=-1)
+
+
+def forward(arm: Arm, q: Array, delta: Deviation | None = None) -> Array:
+    """(N, 3) tip position, mm, and orientation, rad, for (N, n) joint angles (equations 2 to 4, or 17 and 18)."""
+    tip = marker_positions(arm, q, delta)[..., -1, :]
+    joints = q if delta is None else q + delta.joints_rad
+    theta = joints.sum(axis=-1) + (np.pi if arm.is_planar3 else 0.0)
+    return np.concatenate([tip, theta[..., None]], axis=-1)
+
+
+def forward_jacobian(arm: Arm, q: Array, delta: Deviation | None = None) -> tuple[Array, Array]:
+    """Derivatives of every marker position: (N, n+1, 2, lengths) mm/mm and (N, n+1, 2, n) mm/rad by joint zeros.
+
+    The derivative by a joint's zero is the derivative by its angle.
+    """
+    directions = np.exp(1j * link_angles(arm, q, delta))
+    links = complex_links(arm, delta) * directions
+    n = arm.n_joints
+    n_lengths = len(arm.link_lengths_mm)
+    by_length = np.zeros((*directions.shape[:-1], n + 1, n_lengths), dtype=complex)
+    by_joint = np.zeros((*directions.shape[:-1], n + 1, n), dtype=complex)
+    for link in range(n):
+        by_length[..., link + 1 :, link] = directions[..., link, None]
+        by_joint[..., link + 1 :, : link + 1] += 1j * links[..., link, None, None]
+    if arm.is_planar3:
+        by_length[..., n, n] = -1j * directions[..., n - 1]
+    return _as_xy(by_length), _as_xy(by_joint)
+
+
+def inverse(arm: Arm, poses: Array, elbow: Elbow = "paper", delta: Deviation | None = None) -> Array:
+    """(N, 3) joint commands, rad, that bring the tip of planar3 to (N, 3) poses x mm, y mm, theta rad (5 to 9).
+
+    `elbow` chooses the branch of equation (7): the paper's arcsine, or the other one. With `delta` the commands are
+    those of the deviated arm. Raises `UnreachablePoseError` that names the first pose out of reach and the reach.
+    """
+    if not arm.is_planar3:
+        raise InputError(f"inverse kinematics knows planar3 only, found arm '{arm.name}'")
+    deviation = Deviation.none(arm) if delta is None else delta
+    l1, l2, l4, l5 = arm.link_lengths_mm + deviation.lengths_mm
+    x, y, theta_F = np.asarray(poses, dtype=float).T
+    Cx = x - l4 * np.sin(theta_F - np.pi) + l5 * np.cos(theta_F - np.pi)
+    Cy = y + l4 * np.cos(theta_F - np.pi) + l5 * np.sin(theta_F - np.pi)
+    argument = (Cx**2 + Cy**2 - l1**2 - l2**2) / (2 * l1 * l2)
+    _refuse_unreachable(poses, argument, np.hypot(Cx, Cy), l1, l2)
+    theta2 = -np.arcsin(argument) if elbow == "paper" else np.pi + np.arcsin(argument)
+    s2, c2 = np.sin(theta2), np.cos(theta2)
+    theta1 = np.arctan2(-(Cy * l2 * c2 + Cx * (l1 - l2 * s2)), (l1 - l2 * s2) * Cy - l2 * c2 * Cx)
+    theta3 = theta_F - theta1 - theta2 - np.pi
+    return wrap(np.stack([theta1, theta2, theta3], axis=-1) - deviation.joints_rad)
+
+
+def wrap(angle: Array) -> Array:
+    """Bring angles, rad, into (-pi, pi]."""
+    return np.pi - np.mod(np.pi - angle, 2 * np.pi)
+
+
+def _refuse_unreachable(poses: Array, argument: Array, distance: Array, l1: float, l2: float) -> None:
+    far = ~(np.abs(argument) <= 1.0)
+    if far.any():
+        row = int(np.argmax(far))
+        x, y, theta = np.asarray(poses)[row]
+        raise UnreachablePoseError(
+            f"pose {row} (x {x:.2f} mm, y {y:.2f} mm, theta {np.degrees(theta):.2f} deg) is out of reach: joint C would "
+            f"be {distance[row]:.2f} mm from A, the arm reaches {abs(l1 - l2):.2f} to {l1 + l2:.2f} mm"
+        )
+
+
+def _as_xy(z: NDArray[np.complex128]) -> Array:
+    """(..., M, P) complex derivatives as (..., M, 2, P) real ones."""
+    return np.stack([z.real, z.imag], axis=-2)
