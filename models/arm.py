@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from models.validation import ArmFile, check
+from models.validation import ArmFile, ArmTable, check
 
 Array = NDArray[np.float64]
 
@@ -72,10 +72,10 @@ def nominal_arm() -> Arm:
 
 def read_arm(path: Path) -> Arm:
     """Read an arm file (TOML, `armtwin.arm/1`); raises `InputError`."""
-    return arm_from_file(check(ArmFile, tomllib.loads(path.read_text("utf-8")), path.name))
+    return arm_from_table(check(ArmFile, tomllib.loads(path.read_text("utf-8")), path.name))
 
 
-def arm_from_file(arm: ArmFile) -> Arm:
+def arm_from_table(arm: ArmTable) -> Arm:
     """Return the arm that a validated arm table describes."""
     return Arm(
         name=arm.name,

@@ -120,8 +120,8 @@ def _refuse_unreachable(poses: Array, argument: Array, distance: Array, l1: floa
         row = int(np.argmax(far))
         x, y, theta = np.asarray(poses)[row]
         raise UnreachablePoseError(
-            f"pose {row} (x {x:.2f} mm, y {y:.2f} mm, theta {np.degrees(theta):.2f} deg) is out of reach: joint C would "
-            f"be {distance[row]:.2f} mm from A, the arm reaches {abs(l1 - l2):.2f} to {l1 + l2:.2f} mm"
+            f"pose {row} (x {x:.2f} mm, y {y:.2f} mm, theta {np.degrees(theta):.2f} deg) is out of reach: joint C "
+            f"would be {distance[row]:.2f} mm from A, the arm reaches {abs(l1 - l2):.2f} to {l1 + l2:.2f} mm"
         )
 
 

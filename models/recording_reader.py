@@ -1,0 +1,240 @@
+"""Reading recordings; every breach of the contract is one line with file, row and column."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from models.arm import Arm, arm_from_table
+from models.camera import Camera
+from models.errors import InputError, RecordingError, nearest
+from models.recording import OPTIONAL_COLUMNS, Recording
+from models.validation import ArmTable, CameraTable, Finite, Positive, Strict, check
+
+Array = NDArray[np.float64]
+
+# A recording of a million poses is about 200 MB; more is no recording of this arm.
+_MAX_JSON_BYTES = 1 << 20
+_MAX_CSV_BYTES = 1 << 28
+# Gross detection errors may lie outside the picture, but not by ten pictures.
+_FAR_OUTSIDE = 10.0
+
+
+class _RecordingFile(Strict):
+    schema_: Literal["armtwin.recording/1"] = Field(alias="schema")
+    arm: ArmTable
+    camera: CameraTable | None = None
+    arm_plane_z_mm: Finite | None = None
+    pixel_noise_px: Positive | None = None
+    held_out: Annotated[tuple[str, ...], Field(max_length=1000)] = ()
+
+
+def read_recording(folder: Path) -> Recording:
+    """Read a recording folder; raises `RecordingError` that names the file, the key or row, and what to do."""
+    if not folder.is_dir():
+        raise RecordingError(f"{folder}: no such folder; a recording is a folder with recording.json and samples.csv")
+    header = _read_header(folder / "recording.json")
+    arm = arm_from_table(header.arm)
+    columns, rows = _read_rows(folder / "samples.csv")
+    _check_columns(columns, arm)
+    table = _Table(columns, rows)
+    markers = {name: table.pixels(name, header.camera) for name in arm.known_markers if f"{name}_u_px" in columns}
+    q_meas = table.angles(arm, "meas", may_be_empty=True) if "theta1_meas_rad" in columns else None
+    if not markers and q_meas is None:
+        raise RecordingError("samples.csv: neither markers (a_u_px, ...) nor measured angles (theta1_meas_rad, ...)")
+    if markers and (header.camera is None or header.arm_plane_z_mm is None):
+        missing = "camera" if header.camera is None else "arm_plane_z_mm"
+        raise RecordingError(f"recording.json: key '{missing}' is missing, samples.csv has markers in pixels")
+    trajectory = np.array([row[columns.index("trajectory")] for row in rows], dtype=np.str_)
+    for name in header.held_out:
+        if name not in trajectory:
+            raise RecordingError(
+                f"recording.json: held_out names trajectory '{name}', which samples.csv does not have"
+                + nearest(name, {str(t) for t in trajectory})
+            )
+    return Recording(
+        arm=arm,
+        camera=None if header.camera is None else camera_from_table(header.camera),
+        arm_plane_z_mm=header.arm_plane_z_mm,
+        pixel_noise_px=header.pixel_noise_px,
+        held_out=header.held_out,
+        sample=table.samples(),
+        time_s=table.times(),
+        trajectory=trajectory,
+        q_cmd=table.angles(arm, "cmd", may_be_empty=False),
+        markers_px=markers,
+        q_meas=q_meas,
+        payload_kg=table.numbers("payload_kg") if "payload_kg" in columns else None,
+        temperature_c=table.numbers("temperature_c") if "temperature_c" in columns else None,
+        folder=folder,
+    )
+
+
+def camera_from_table(table: CameraTable) -> Camera:
+    """Return the camera of a validated table, its rotation made orthonormal (printed ones are rounded)."""
+    U, _, Vt = np.linalg.svd(np.array(table.board_to_camera_rotation))
+    R = np.array(table.board_to_camera_rotation)
+    exact = np.abs(R @ R.T - np.eye(3)).max() < 1e-12
+    return Camera(
+        image_width=table.image_width,
+        image_height=table.image_height,
+        K=np.array(table.camera_matrix),
+        D=np.array(table.distortion_coefficients),
+        R_board_camera=R if exact else U @ Vt,
+        t_board_camera_mm=np.array(table.board_to_camera_translation_mm),
+    )
+
+
+def _read_header(path: Path) -> _RecordingFile:
+    try:
+        if path.stat().st_size > _MAX_JSON_BYTES:
+            raise RecordingError(f"{path.name}: larger than {_MAX_JSON_BYTES} bytes, no header of a recording")
+        data = json.loads(path.read_text("utf-8"))
+    except FileNotFoundError:
+        raise RecordingError(f"{path}: no such file; a recording folder needs it") from None
+    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise RecordingError(f"{path.name}: not JSON ({error})") from None
+    try:
+        return check(_RecordingFile, data, path.name)
+    except InputError as error:
+        raise RecordingError(str(error)) from None
+
+
+def _read_rows(path: Path) -> tuple[list[str], list[list[str]]]:
+    try:
+        if path.stat().st_size > _MAX_CSV_BYTES:
+            raise RecordingError(f"{path.name}: larger than {_MAX_CSV_BYTES} bytes; split the recording")
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            lines = [line for line in csv.reader(stream) if line]
+    except FileNotFoundError:
+        raise RecordingError(f"{path}: no such file; a recording folder needs it") from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise RecordingError(f"{path.name}: not a CSV file in UTF-8 ({error})") from None
+    if len(lines) < 2:
+        raise RecordingError(f"{path.name}: no rows; one row a pose is wanted under the line of column names")
+    columns = [name.strip() for name in lines[0]]
+    for number, line in enumerate(lines[1:], start=2):
+        if len(line) != len(columns):
+            raise RecordingError(f"{path.name}: line {number} has {len(line)} cells, the header has {len(columns)}")
+    return columns, lines[1:]
+
+
+def _check_columns(columns: list[str], arm: Arm) -> None:
+    commands = [f"theta{i + 1}_cmd_rad" for i in range(arm.n_joints)]
+    measured = [f"theta{i + 1}_meas_rad" for i in range(arm.n_joints)]
+    pixels = [f"{name}_{axis}_px" for name in arm.known_markers for axis in "uv"]
+    required = ["sample", "time_s", "trajectory", *commands]
+    valid = [*required, *pixels, *measured, *OPTIONAL_COLUMNS]
+    for name in columns:
+        if name not in valid:
+            raise RecordingError(f"samples.csv: unknown column '{name}'{nearest(name, valid)}")
+        if columns.count(name) > 1:
+            raise RecordingError(f"samples.csv: column '{name}' stands twice; keep one")
+    wanted = list(required)
+    for name in arm.known_markers:
+        if f"{name}_u_px" in columns or f"{name}_v_px" in columns:
+            wanted += [f"{name}_u_px", f"{name}_v_px"]
+    if any(name in columns for name in measured):
+        wanted += measured
+    for name in wanted:
+        if name not in columns:
+            raise RecordingError(f"samples.csv: column '{name}' is missing")
+
+
+class _Table:
+    """The cells of `samples.csv`, converted column by column with the row and column in every message."""
+
+    def __init__(self, columns: list[str], rows: list[list[str]]) -> None:
+        self._columns = columns
+        self._rows = rows
+
+    def numbers(self, name: str, *, may_be_empty: bool = True) -> Array:
+        index = self._columns.index(name)
+        out = np.full(len(self._rows), np.nan)
+        for row, cells in enumerate(self._rows):
+            text = cells[index].strip()
+            if not text:
+                if not may_be_empty:
+                    raise RecordingError(f"{self._at(row, name)}: empty, a number is wanted")
+                continue
+            try:
+                out[row] = float(text)
+            except ValueError:
+                raise RecordingError(f"{self._at(row, name)}: '{text[:40]}' is no number") from None
+            if not math.isfinite(out[row]):
+                raise RecordingError(
+                    f"{self._at(row, name)}: '{text}' is not finite; "
+                    + ("leave the cell empty where nothing was measured" if may_be_empty else "a number is wanted")
+                )
+        return out
+
+    def angles(self, arm: Arm, kind: str, *, may_be_empty: bool) -> Array:
+        names = [f"theta{i + 1}_{kind}_rad" for i in range(arm.n_joints)]
+        q = np.stack([self.numbers(name, may_be_empty=may_be_empty) for name in names], axis=-1)
+        too_large = np.argwhere(np.abs(q) > 2 * np.pi)
+        if len(too_large):
+            row, joint = too_large[0]
+            raise RecordingError(
+                f"{self._at(row, names[joint])}: {q[row, joint]:g} is beyond 2 pi; "
+                "angles are in radians, these look like degrees: multiply by pi/180"
+            )
+        return q
+
+    def pixels(self, name: str, camera: CameraTable | None) -> Array:
+        u, v = (self.numbers(f"{name}_{axis}_px") for axis in "uv")
+        half = np.isfinite(u) != np.isfinite(v)
+        if half.any():
+            row = int(np.argmax(half))
+            raise RecordingError(
+                f"{self._at(row, f'{name}_u_px')}: one of u and v is empty; give both, or neither for an unseen marker"
+            )
+        if camera is not None:
+            size = max(camera.image_width, camera.image_height)
+            far = np.maximum(np.abs(np.nan_to_num(u)), np.abs(np.nan_to_num(v))) > _FAR_OUTSIDE * size
+            if far.any():
+                row = int(np.argmax(far))
+                raise RecordingError(
+                    f"{self._at(row, f'{name}_u_px')}: ({u[row]:g}, {v[row]:g}) is far outside the "
+                    f"{camera.image_width}x{camera.image_height} picture; pixels are wanted"
+                )
+        return np.stack([u, v], axis=-1)
+
+    def samples(self) -> NDArray[np.int64]:
+        index = self._columns.index("sample")
+        out = np.empty(len(self._rows), dtype=np.int64)
+        seen: dict[int, int] = {}
+        for row, cells in enumerate(self._rows):
+            text = cells[index].strip()
+            if not text.isdecimal() or len(text) > 12:
+                raise RecordingError(f"{self._at(row, 'sample')}: '{text[:40]}' is no whole number from 0")
+            number = out[row] = int(text)
+            if number in seen:
+                raise RecordingError(
+                    f"{self._at(row, 'sample')}: sample {number} stands already in line {seen[number] + 2}; "
+                    "number every pose once"
+                )
+            seen[int(number)] = row
+        return out
+
+    def times(self) -> Array:
+        times = self.numbers("time_s")
+        known = np.flatnonzero(np.isfinite(times))
+        back = np.flatnonzero(np.diff(times[known]) < 0)
+        if len(back):
+            row = int(known[back[0] + 1])
+            raise RecordingError(
+                f"{self._at(row, 'time_s')}: time runs backwards, {times[row]:g} s after "
+                f"{times[known[back[0]]]:g} s; rows stand in the order they happened"
+            )
+        return times
+
+    @staticmethod
+    def _at(row: int, name: str) -> str:
+        return f"samples.csv: line {row + 2}, column '{name}'"
