@@ -1,0 +1,60 @@
+"""Opening a serial port, and saying plainly why it cannot be opened."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import grp
+from pathlib import Path
+
+import serial
+from serial.tools import list_ports
+
+from models.errors import InputError
+
+BAUD = 115200  # bit/s: the fastest rate that an Uno's 16 MHz clock meets within 2.1 %
+DEFAULT_GROUP = "dialout"  # owns serial ports on Debian and Ubuntu
+
+
+def open_port(port: str, poll_s: float) -> serial.Serial:
+    """Open `port` at 115200 baud, 8N1, exclusively; reads return after `poll_s` seconds at the latest.
+
+    Opening resets an Uno. Raises InputError, saying what to do, if the port is missing, forbidden, in use or no
+    serial port at all.
+    """
+    try:
+        return serial.Serial(port, BAUD, timeout=poll_s, write_timeout=1.0, exclusive=True)
+    except (serial.SerialException, OSError) as error:
+        raise InputError(_explain(port, error)) from None
+
+
+def candidates() -> list[str]:
+    """Serial ports of this machine that look like an Arduino's, each with its description."""
+    return [f"{port.device} ({port.description})" for port in list_ports.comports() if port.vid is not None]
+
+
+def _explain(port: str, error: OSError) -> str:
+    if error.errno == errno.ENOENT:
+        found = ", ".join(candidates()) or "none"
+        return f"serial port {port}: it does not exist; USB serial ports found: {found}. Check the cable and the name"
+    if error.errno in (errno.EACCES, errno.EPERM):
+        group = _group(port)
+        return (
+            f"serial port {port}: no permission to open it; join its group with 'sudo usermod -aG {group} $USER', "
+            "then log out and in again"
+        )
+    if error.errno in (errno.EAGAIN, errno.EWOULDBLOCK, errno.EBUSY) or "exclusively lock" in str(error):
+        return (
+            f"serial port {port}: another program is using it; close it (another armtwin, the Arduino IDE's serial "
+            f"monitor); 'fuser -v {port}' names it"
+        )
+    return f"serial port {port}: it cannot be used as a serial port ({error}); name the Arduino's, like /dev/ttyACM0"
+
+
+def _group(port: str) -> str:
+    with contextlib.suppress(OSError, KeyError):
+        group = grp.getgrgid(Path(port).stat().st_gid).gr_name
+        # Joining a person's own or root's group would open far more than a port: there the udev rule is missing.
+        if group not in ("root", "tty"):
+            return group
+    return DEFAULT_GROUP
