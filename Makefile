@@ -1,0 +1,60 @@
+# armtwin: `make demo` runs the paper's experiment on the simulated bench, `make test` checks everything.
+# Both set up what they need: system packages, uv, a virtual environment from the lock file.
+
+SHELL := /bin/sh
+# Installed into build/uv where no uv is on the path.
+export UV_VERSION := 0.13.9
+
+BIN := .venv/bin
+ENVIRONMENT := .venv/.armtwin-environment
+SYSTEM := build/stamps/system-packages
+AVR := build/stamps/avr-packages
+
+# Software OpenGL through EGL: rendering needs neither a GPU nor a display.
+SYSTEM_PACKAGES := libegl1 libgl1 libgles2 libgl1-mesa-dri
+# The Uno's firmware is compiled and run in an emulator by some tests.
+AVR_PACKAGES := gcc-avr avr-libc arduino-core-avr simavr libsimavr-dev libelf-dev gcc libc6-dev
+
+# One thread a worker: two test workers on two cores.
+THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 LP_NUM_THREADS=1
+
+.PHONY: help setup demo test check clean
+
+help:
+	@echo "make demo    run the paper's experiment on the simulated bench; the report is out/paper/report.html"
+	@echo "make test    set up, then style, types, import rules and tests"
+	@echo "make setup   set up only"
+	@echo "make clean   remove what was built and run, and the virtual environment"
+
+setup: $(SYSTEM) $(ENVIRONMENT)
+
+demo: setup
+	$(BIN)/armtwin run paper --out out/paper
+
+test: setup $(AVR) check
+	$(THREADS) $(BIN)/pytest -n 2
+
+check: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+$(SYSTEM): .ci/system-packages
+	.ci/system-packages $(SYSTEM_PACKAGES)
+	@mkdir -p $(@D) && touch $@
+
+$(AVR): .ci/system-packages
+	.ci/system-packages --optional $(AVR_PACKAGES)
+	@mkdir -p $(@D) && touch $@
+
+$(ENVIRONMENT): requirements.lock pyproject.toml .ci/find-python .ci/find-uv
+	python=$$(.ci/find-python) && uv=$$(.ci/find-uv) && \
+	{ $(BIN)/python -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' 2>/dev/null || \
+	  $$uv venv --quiet --clear --python "$$python" .venv; } && \
+	$$uv pip sync --quiet --python $(BIN)/python --require-hashes requirements.lock && \
+	$$uv pip install --quiet --python $(BIN)/python --no-deps --editable .
+	@touch $@
+
+clean:
+	rm -rf .venv build out
