@@ -1,0 +1,89 @@
+"""The hobby servo: what its data sheet says, and what of it had to be assumed."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from models.validation import NotNegative, Positive, Strict, check
+
+NOMINAL_SERVO = Path(__file__).parent / "nominal" / "servo.toml"
+
+
+@dataclass(frozen=True)
+class Servo:
+    """A position servo, SI units; angles at its output shaft.
+
+    Attributes:
+        name: maker and type.
+        stall_torque_nm, no_load_speed_rad_s: ends of the motor's torque-speed line.
+        dead_band_us: pulse change that the control board ignores.
+        weight_kg: mass of the servo itself.
+        pulse_range_us, travel_rad: pulse widths at both ends, and the angle between them.
+        frame_period_s: period of the command pulses.
+        stiffness_nm_rad: torque of the control loop for each radian of error.
+        friction_nm: dry friction of the gear train.
+        rotor_inertia_kg_m2: inertia of the rotor seen through the gear.
+        approach_speed_rad_s: speed at which a new command is approached.
+        gear_compliance_rad_nm: give between the potentiometer and the link.
+
+    """
+
+    name: str
+    stall_torque_nm: float
+    no_load_speed_rad_s: float
+    dead_band_us: float
+    weight_kg: float
+    pulse_range_us: tuple[float, float]
+    travel_rad: float
+    frame_period_s: float
+    stiffness_nm_rad: float
+    friction_nm: float
+    rotor_inertia_kg_m2: float
+    approach_speed_rad_s: float
+    gear_compliance_rad_nm: float
+
+    @property
+    def rad_per_us(self) -> float:
+        """Angle for each microsecond of pulse."""
+        low, high = self.pulse_range_us
+        return self.travel_rad / (high - low)
+
+    @property
+    def dead_band_rad(self) -> float:
+        """The data sheet's dead band as an angle."""
+        return self.dead_band_us * self.rad_per_us
+
+
+class _ServoFile(Strict):
+    """Keys of a servo file."""
+
+    schema_: Literal["armtwin.servo/1"] = Field(alias="schema")
+    name: Annotated[str, Field(min_length=1, max_length=100)]
+    stall_torque_nm: Positive
+    no_load_speed_rad_s: Positive
+    dead_band_us: NotNegative
+    weight_kg: Positive
+    pulse_range_us: tuple[Positive, Positive]
+    travel_rad: Positive
+    frame_period_s: Positive
+    stiffness_nm_rad: Positive
+    friction_nm: NotNegative
+    rotor_inertia_kg_m2: Positive
+    approach_speed_rad_s: Positive
+    gear_compliance_rad_nm: NotNegative
+
+
+def read_servo(path: Path) -> Servo:
+    """Read a servo file (TOML, `armtwin.servo/1`); raises `InputError`."""
+    table = check(_ServoFile, tomllib.loads(path.read_text("utf-8")), path.name)
+    return Servo(**table.model_dump(exclude={"schema_"}))
+
+
+def nominal_servo() -> Servo:
+    """Return the servo of the nominal arm, a TowerPro MG996R."""
+    return read_servo(NOMINAL_SERVO)

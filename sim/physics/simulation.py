@@ -1,0 +1,167 @@
+"""The arm in MuJoCo, moved pose by pose and settled.
+
+A servo holds its angle by a loop of finite stiffness, so a load moves it off. At rest the ideal servo takes that
+droop out (the integral part of its controller, here in rounds of `_TRIM_ROUNDS` at rest, since an integral that ran
+during the move would overshoot, and play and friction remember an overshoot). So nothing is left in a world without
+effects; what is to give gives in a spring beyond the servo.
+
+    time  ->   | ramp at approach speed | loop settles | trim | settles | picture
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from models.mjcf import build_arm
+from models.units import MM_PER_M
+from models.world import Command, World
+
+Array = NDArray[np.float64]
+
+# Steps between two looks at the arm: 40 ms, two loop times.
+_CHUNK = 10
+# At rest: what is left to go is this speed times the loop's 20 ms, so 1e-6 rad.
+_REST_RAD_S = 5e-5
+_TRIM_ROUNDS = 8
+_TRIM_DONE_RAD = 1e-6
+# A pose takes at most this long: a full turn at approach speed, and as much again to settle.
+_LONGEST_MOVE_S = 8.0
+
+
+class ArmSimulation:
+    """One run of a world's arm from its home pose (all joints commanded to zero)."""
+
+    def __init__(self, world: World) -> None:
+        self.world = world
+        self.model = world.compile()
+        self.data = mujoco.MjData(self.model)
+        self.marker_names = world.arm.known_markers
+        joints = [self.model.joint(f"joint{i + 1}") for i in range(world.arm.n_joints)]
+        self._motor_qpos = np.array([int(joint.qposadr[0]) for joint in joints])
+        self._sites = np.array([self.model.site(f"marker_{name}").id for name in self.marker_names])
+        self._links = np.array([self.model.body(f"link{i + 1}").id for i in range(world.arm.n_joints)])
+        self._tip = int(self.model.body(f"end{world.arm.n_joints}").id)
+        self._relief = _Relief(world, self.model) if world.relieved else None
+        self._electronics = [make() for make in world.electronics]
+        self._happened = 0
+        self._events = sorted(world.events, key=lambda event: event.sample)
+        self._trim = np.zeros(world.arm.n_joints)
+        self._payload_kg = 0.0
+        mujoco.mj_forward(self.model, self.data)
+        self._hold(np.zeros(world.arm.n_joints))
+
+    def move(self, q_cmd: Array, sample: int = 0, time_s: float = 0.0, payload_kg: float = 0.0) -> None:
+        """Send the arm to (n,) rad as pose `sample`, with `payload_kg` hung at its tip.
+
+        Returns at the moment of the picture; what is left to settle after it is done before the next move.
+        """
+        if self.world.capture_after_s is not None:
+            self._settle()
+        self._let_happen(sample)
+        self.hang(payload_kg)
+        q = np.array(q_cmd, dtype=float)
+        for stage in self._electronics:
+            q = stage(Command(sample, time_s, q))
+        self._target = q
+        self.data.ctrl[:] = q + self._trim
+        if self.world.capture_after_s is None:
+            self._settle()
+        else:
+            mujoco.mj_step(self.model, self.data, round(self.world.capture_after_s / self.model.opt.timestep))
+        mujoco.mj_kinematics(self.model, self.data)
+
+    def hang(self, payload_kg: float) -> None:
+        """Hang a known mass at the tip instead of the one that hangs there."""
+        add_tip_mass(self.model, self._tip, payload_kg - self._payload_kg)
+        self._payload_kg = payload_kg
+
+    def markers_mm(self) -> Array:
+        """(M, 3) centres of the stickers in the robot frame, mm, in the order of `marker_names`."""
+        points: Array = self.data.site_xpos[self._sites] * MM_PER_M
+        return points
+
+    def links(self) -> Array:
+        """(n, 4, 4) transforms that map each link's coordinates to the robot frame, mm."""
+        T = np.tile(np.eye(4), (len(self._links), 1, 1))
+        T[:, :3, :3] = self.data.xmat[self._links].reshape(-1, 3, 3)
+        T[:, :3, 3] = self.data.xpos[self._links] * MM_PER_M
+        return T
+
+    def _hold(self, q: Array) -> None:
+        self._target = q
+        self.data.ctrl[:] = q
+        self._settle()
+
+    def _settle(self) -> None:
+        self._run_to_rest()
+        for _ in range(_TRIM_ROUNDS):
+            droop = self._target - self.data.qpos[self._motor_qpos]
+            if np.abs(droop).max() < _TRIM_DONE_RAD:
+                return
+            self._trim += droop
+            self.data.ctrl[:] = self._target + self._trim
+            self._run_to_rest()
+
+    def _run_to_rest(self) -> None:
+        for _ in range(int(_LONGEST_MOVE_S / (_CHUNK * self.model.opt.timestep))):
+            if self._relief is not None:
+                self._relief.carry(self.data, self.data.qpos[self._motor_qpos])
+            mujoco.mj_step(self.model, self.data, _CHUNK)
+            if np.abs(self.data.qvel).max() < _REST_RAD_S:
+                return
+
+    def _let_happen(self, sample: int) -> None:
+        while self._happened < len(self._events) and self._events[self._happened].sample <= sample:
+            self._events[self._happened].happen(self.model, self.data)
+            self._happened += 1
+
+
+class _Relief:
+    """Carries the static load of the arm's own mass past the relieved hinges."""
+
+    def __init__(self, world: World, model: mujoco.MjModel) -> None:
+        self._model = build_arm(world.arm, world.servo, world.deviation).compile()
+        self._data = mujoco.MjData(self._model)
+        hinges = [model.joint(name) for name in world.relieved]
+        self._dofs = np.array([int(hinge.dofadr[0]) for hinge in hinges])
+        # A hinge in series shares the axis, and so the load, of its body's servo.
+        self._joints = np.array([int(model.body(int(hinge.bodyid[0])).jntadr[0]) for hinge in hinges])
+        first = {int(model.joint(f"joint{i + 1}").id): i for i in range(world.arm.n_joints)}
+        self._servos = np.array([first[joint] for joint in self._joints])
+
+    def carry(self, data: mujoco.MjData, q: Array) -> None:
+        """Apply at the relieved hinges of `data` the torque that holds the rigid arm at servo angles `q`."""
+        self._data.qpos[:] = q
+        mujoco.mj_forward(self._model, self._data)
+        data.qfrc_applied[self._dofs] = self._data.qfrc_bias[self._servos]
+
+
+def add_tip_mass(model: mujoco.MjModel, body: int, mass_kg: float) -> None:
+    """Add a point mass to a compiled `body`, and to the subtrees that it belongs to."""
+    model.body_mass[body] += mass_kg
+    while body > 0:
+        model.body_subtreemass[body] += mass_kg
+        body = int(model.body_parentid[body])
+    model.body_subtreemass[0] += mass_kg
+
+
+def simulate(
+    world: World, q_cmd: Array, time_s: Array | None = None, payload_kg: Array | Sequence[float] | None = None
+) -> Array:
+    """Run (N, n) commands, rad, in their order; return (N, M, 3) sticker centres in the robot frame, mm.
+
+    `time_s` (N,) are the commands' times, `payload_kg` (N,) the known mass hung at the tip.
+    """
+    n = len(q_cmd)
+    times = np.zeros(n) if time_s is None else time_s
+    payloads = np.zeros(n) if payload_kg is None else np.asarray(payload_kg, dtype=float)
+    arm = ArmSimulation(world)
+    out = np.empty((n, len(arm.marker_names), 3))
+    for sample in range(n):
+        arm.move(q_cmd[sample], sample, float(times[sample]), float(payloads[sample]))
+        out[sample] = arm.markers_mm()
+    return out[np.clip(np.arange(n) - world.picture_lag, 0, n - 1)]
