@@ -50,7 +50,8 @@ def read_camera(path: Path) -> Camera:
     model = content.get("distortion_model", "plumb_bob")
     if model != "plumb_bob":
         raise InputError(
-            f"{path}: distortion_model: found {model!r}, wanted 'plumb_bob' (k1, k2, p1, p2, k3); calibrate with that model"
+            f"{path}: distortion_model: found {model!r}, wanted 'plumb_bob' (k1, k2, p1, p2, k3); "
+            "calibrate with that model"
         )
     K = _matrix(path, content, "camera_matrix", (3, 3))
     if not (K[0, 0] > 0 and K[1, 1] > 0 and K[1, 0] == 0 and np.array_equal(K[2], [0, 0, 1])):
@@ -174,9 +175,11 @@ def _matrix(path: Path, content: dict[str, Any], key: str, shape: tuple[int, int
         raise InputError(f"{path}: {key}: found nothing, wanted rows, cols and data")
     if not isinstance(block, dict) or not isinstance(block.get("data"), list):
         raise InputError(f"{path}: {key}: found {type(block).__name__}, wanted rows, cols and data")
-    found = (block.get("rows"), block.get("cols"))
-    if shape is not None and found != shape:
-        raise InputError(f"{path}: {key}: found rows and cols {found}, wanted {shape}")
+    rows, cols = block.get("rows"), block.get("cols")
+    if not (isinstance(rows, int) and isinstance(cols, int) and rows > 0 and cols > 0):
+        raise InputError(f"{path}: {key}: found rows {rows!r} and cols {cols!r}, wanted whole numbers above 0")
+    if shape is not None and (rows, cols) != shape:
+        raise InputError(f"{path}: {key}: found {rows} rows and {cols} cols, wanted {shape[0]} and {shape[1]}")
     data = block["data"]
     if any(isinstance(item, bool) or not isinstance(item, (int, float)) for item in data):
         bad = next(item for item in data if isinstance(item, bool) or not isinstance(item, (int, float)))
@@ -187,9 +190,9 @@ def _matrix(path: Path, content: dict[str, Any], key: str, shape: tuple[int, int
         raise InputError(f"{path}: {key}: found a number too large in data, wanted finite numbers") from error
     if not np.all(np.isfinite(values)):
         raise InputError(f"{path}: {key}: found a number that is not finite in data, wanted finite numbers")
-    if not all(isinstance(n, int) and n >= 0 for n in found) or values.size != found[0] * found[1]:
-        raise InputError(f"{path}: {key}: found {values.size} numbers in data, wanted rows x cols = {found}")
-    return values.reshape(found)
+    if values.size != rows * cols:
+        raise InputError(f"{path}: {key}: found {values.size} numbers in data, wanted rows x cols = {rows} x {cols}")
+    return values.reshape(rows, cols)
 
 
 def _check_rotation(path: Path, R: Array) -> None:
