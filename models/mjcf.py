@@ -135,9 +135,8 @@ def _add_servo(
         name=f"joint{number}",
         axis=[0, 0, 1],
         armature=servo.rotor_inertia_kg_m2,
+        # MuJoCo's default friction is soft: it yields below about 0.02 rad/s, so the ideal servo does not stick.
         frictionloss=servo.friction_nm,
-        solref_friction=SOLREF,
-        solimp_friction=SOLIMP,
     )
     stiffness = servo.stiffness_nm_rad
     # At least critically damped: an overshoot would be remembered by play and friction.

@@ -1,0 +1,112 @@
+"""What the camera and its detection make of the arm: markers in space to pixels in a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from models.camera import project
+from models.frames import robot_to_board
+from models.recording import Recording, make_samples
+from models.world import World
+from sim.physics.simulation import simulate
+
+Array = NDArray[np.float64]
+
+# Time between two poses where none is given: a move, a rest and a picture.
+POSE_PERIOD_S = 1.5
+
+
+def pixels_of(world: World, markers_robot_mm: Array, time_s: Array) -> dict[str, Array]:
+    """Project (N, M, 3) markers in the robot frame, mm, through the true camera: raw pixels (N, 2) by marker.
+
+    A marker outside the picture is NaN: it was not seen.
+    """
+    n = len(markers_robot_mm)
+    pixels = np.empty((*markers_robot_mm.shape[:2], 2))
+    for row in range(n):
+        camera = world.camera_at(row, float(time_s[row]))
+        pixels[row] = project(camera, robot_to_board(markers_robot_mm[row], world.base_in_board_mm))
+    width, height = world.true_camera.image_width, world.true_camera.image_height
+    outside = ((pixels < -0.5) | (pixels > np.array([width, height]) - 0.5)).any(axis=-1)
+    pixels[outside] = np.nan
+    return {name: pixels[:, column] for column, name in enumerate(world.arm.known_markers)}
+
+
+def make_recording(
+    world: World,
+    q_cmd: Array,
+    trajectory: Sequence[str] | NDArray[np.str_],
+    time_s: Array | None,
+    rng: Generator,
+    noise_px: float,
+    *,
+    held_out: tuple[str, ...] = (),
+    markers: Sequence[str] | None = None,
+    missing: float = 0.0,
+    payload_kg: Array | None = None,
+    declare_noise: bool = True,
+) -> Recording:
+    """Run (N, n) commands in a world and return what a bench would have recorded, with the declared arm and camera.
+
+    `noise_px` is the standard deviation of one pixel coordinate, `missing` the share of sightings that are lost,
+    `markers` those that are looked for (default: all on the axes and the tip). The arm moves at `time_s` or, where
+    that is None, every `POSE_PERIOD_S`, and the recording then has no times.
+    """
+    clock: Array = np.arange(len(q_cmd)) * POSE_PERIOD_S if time_s is None else np.asarray(time_s, dtype=np.float64)
+    truth = pixels_of(world, simulate(world, q_cmd, clock, payload_kg), clock)
+    return observe(
+        world,
+        truth,
+        q_cmd,
+        trajectory,
+        time_s,
+        rng,
+        noise_px,
+        held_out=held_out,
+        markers=markers,
+        missing=missing,
+        payload_kg=payload_kg,
+        declare_noise=declare_noise,
+    )
+
+
+def observe(
+    world: World,
+    truth_px: dict[str, Array],
+    q_cmd: Array,
+    trajectory: Sequence[str] | NDArray[np.str_],
+    time_s: Array | None,
+    rng: Generator,
+    noise_px: float,
+    *,
+    held_out: tuple[str, ...] = (),
+    markers: Sequence[str] | None = None,
+    missing: float = 0.0,
+    payload_kg: Array | None = None,
+    declare_noise: bool = True,
+) -> Recording:
+    """Return the recording that detection makes of the true pixels; parameters as for `make_recording`."""
+    seen = {}
+    for name in world.arm.marker_names if markers is None else markers:
+        seen[name] = truth_px[name] + noise_px * rng.standard_normal(truth_px[name].shape)
+        seen[name][rng.random(len(q_cmd)) < missing] = np.nan
+    for detection in world.detections:
+        seen = detection(seen, rng)
+    n = len(q_cmd)
+    return Recording(
+        arm=world.arm,
+        sample=make_samples(n),
+        time_s=np.full(n, np.nan) if time_s is None else np.asarray(time_s, dtype=float),
+        trajectory=np.asarray(trajectory, dtype=np.str_),
+        q_cmd=np.asarray(q_cmd, dtype=float),
+        markers_px=seen,
+        payload_kg=payload_kg,
+        camera=world.camera,
+        arm_plane_z_mm=world.arm_plane_z_mm,
+        pixel_noise_px=noise_px if declare_noise else None,
+        held_out=held_out,
+    )
