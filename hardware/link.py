@@ -252,7 +252,9 @@ def _checked_hello(port: str, body: bytes) -> Hello:
     try:
         hello = messages.parse_hello(body)
     except messages.MessageError as error:
-        raise InputError(f"serial port {port}: its firmware's hello makes no sense ({error}); {FIRMWARE_HINT}") from None
+        raise InputError(
+            f"serial port {port}: its firmware's hello makes no sense ({error}); {FIRMWARE_HINT}"
+        ) from None
     if hello.n_servos != messages.N_SERVOS:
         raise InputError(f"serial port {port}: its firmware drives {hello.n_servos} servos, {messages.N_SERVOS} wanted")
     return hello

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import os
 import shutil
@@ -52,7 +53,11 @@ def build() -> Built:
         raise JobError(reason)
     folder = cache_folder() / _fingerprint()
     built = Built(folder / "armtwin_firmware.elf", folder / "host")
-    if not (built.firmware.is_file() and built.host.is_file()):
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with (folder.parent / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # tests run in several processes; the first builds, the others wait
+        if built.firmware.is_file() and built.host.is_file():
+            return built
         with folder_aside(folder) as aside:
             _make(["make", "-C", str(FIRMWARE), f"BUILD={aside}", str(aside / built.firmware.name)])
             _make(["make", "-C", str(EMULATOR), f"BUILD={aside}"])
