@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.arm import Arm
+from models.effects.context import TYPICAL_LINK_MASS_KG, TYPICAL_TIP_MASS_KG
 from models.kinematics import Deviation, complex_links
 from models.servo import Servo
 from models.units import M_PER_MM
@@ -30,8 +31,6 @@ Array = NDArray[np.float64]
 TIMESTEP_S = 0.004
 # Answer time of the servo's loop: one period of the command pulses.
 LOOP_TIME_S = 0.020
-# A bare printed bar, PLA 1240 kg/m3, 15 mm x 12 mm: assumed where the arm's masses are not known.
-_BAR_KG_PER_M = 0.22
 # Bodies without weight of their own (link ends) need some for MuJoCo; a sticker's.
 _STICKER_KG = 1e-6
 _STICKER_INERTIA_KG_M2 = 1e-9
@@ -76,15 +75,15 @@ def build_arm(arm: Arm, servo: Servo, deviation: Deviation | None = None) -> muj
 
 
 def link_masses_kg(arm: Arm) -> Array:
-    """(n,) mass of each link, as declared or that of a printed bar of its length."""
+    """(n,) mass of each link, as declared or typical."""
     if arm.link_masses_kg is not None:
         return np.asarray(arm.link_masses_kg, dtype=float)
-    return np.abs(complex_links(arm)) * M_PER_MM * _BAR_KG_PER_M
+    return np.full(arm.n_joints, TYPICAL_LINK_MASS_KG)
 
 
 def tip_mass_kg(arm: Arm) -> float:
-    """Mass at the tip, 0 where not declared."""
-    return float(arm.tip_mass_kg or 0.0)
+    """Mass at the tip, as declared or typical."""
+    return TYPICAL_TIP_MASS_KG if arm.tip_mass_kg is None else float(arm.tip_mass_kg)
 
 
 def add_series_hinge(spec: mujoco.MjSpec, joint: int, name: str) -> mujoco.MjsJoint:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -37,13 +38,22 @@ class Command:
     q: Array
 
 
+@dataclass(frozen=True)
+class Moment:
+    """When a picture is taken: the pose's `sample`, its `time_s`, and the `progress` of the recording, 0 to 1."""
+
+    sample: int
+    time_s: float
+    progress: float
+
+
 # Maps what is sent to what the servos are driven to, (n,) rad. It may remember what it was sent before, so a world
 # holds its factory, and every run starts with a fresh one.
 Electronics = Callable[[Command], Array]
 # Edits the arm's MuJoCo model before it is compiled.
 Mechanism = Callable[[mujoco.MjSpec], None]
-# The camera as it stands at a pose: (camera, sample, time_s) -> camera.
-CameraMotion = Callable[[Camera, int, float], Camera]
+# The camera as it stands when a picture is taken.
+CameraMotion = Callable[[Camera, Moment], Camera]
 # What detection makes of the markers' true pixels, by marker (N, 2): may draw from its generator.
 Detection = Callable[[dict[str, Array], Generator], dict[str, Array]]
 
@@ -113,11 +123,11 @@ class World:
         """Return the world with one more thing that detection does."""
         return replace(self, detections=(*self.detections, detection))
 
-    def camera_at(self, sample: int, time_s: float) -> Camera:
-        """Return the true camera at a pose."""
+    def camera_at(self, moment: Moment) -> Camera:
+        """Return the true camera as it stands when a picture is taken."""
         camera = self.true_camera
         for motion in self.camera_motion:
-            camera = motion(camera, sample, time_s)
+            camera = motion(camera, moment)
         return camera
 
     def compile(self) -> mujoco.MjModel:
@@ -166,6 +176,8 @@ def checked_marker(world: World, marker: str | None) -> str:
     return marker
 
 
-def samples_of(parameters: Mapping[str, float]) -> tuple[int, ...]:
-    """Samples named by the parameters `sample_1`, `sample_2`, ..., in order."""
-    return tuple(sorted(int(value) for name, value in parameters.items() if name.startswith("sample_")))
+def samples_of(parameters: Mapping[str, Any]) -> tuple[int, ...]:
+    """Return the parameter `samples` in order; raises `InputError` where it is missing."""
+    if "samples" not in parameters:
+        raise InputError("this effect needs the parameter samples, a list of sample numbers")
+    return tuple(sorted(int(sample) for sample in parameters["samples"]))

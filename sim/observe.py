@@ -11,13 +11,24 @@ from numpy.typing import NDArray
 from models.camera import project
 from models.frames import robot_to_board
 from models.recording import Recording, make_samples
-from models.world import World
+from models.world import Moment, World
 from sim.physics.simulation import simulate
 
 Array = NDArray[np.float64]
 
 # Time between two poses where none is given: a move, a rest and a picture.
 POSE_PERIOD_S = 1.5
+
+
+def default_clock(n: int) -> Array:
+    """(n,) times of poses that follow one another every `POSE_PERIOD_S`."""
+    return np.arange(n, dtype=float) * POSE_PERIOD_S
+
+
+def progress_of(time_s: Array) -> Array:
+    """(N,) share of the recording that is over at each time."""
+    elapsed = time_s - time_s[0]
+    return elapsed / elapsed[-1] if elapsed[-1] > 0 else np.zeros_like(elapsed)
 
 
 def pixels_of(world: World, markers_robot_mm: Array, time_s: Array) -> dict[str, Array]:
@@ -27,8 +38,9 @@ def pixels_of(world: World, markers_robot_mm: Array, time_s: Array) -> dict[str,
     """
     n = len(markers_robot_mm)
     pixels = np.empty((*markers_robot_mm.shape[:2], 2))
+    progress = progress_of(time_s)
     for row in range(n):
-        camera = world.camera_at(row, float(time_s[row]))
+        camera = world.camera_at(Moment(row, float(time_s[row]), float(progress[row])))
         pixels[row] = project(camera, robot_to_board(markers_robot_mm[row], world.base_in_board_mm))
     width, height = world.true_camera.image_width, world.true_camera.image_height
     outside = ((pixels < -0.5) | (pixels > np.array([width, height]) - 0.5)).any(axis=-1)
@@ -56,7 +68,7 @@ def make_recording(
     `markers` those that are looked for (default: all on the axes and the tip). The arm moves at `time_s` or, where
     that is None, every `POSE_PERIOD_S`, and the recording then has no times.
     """
-    clock: Array = np.arange(len(q_cmd)) * POSE_PERIOD_S if time_s is None else np.asarray(time_s, dtype=np.float64)
+    clock = default_clock(len(q_cmd)) if time_s is None else time_s
     truth = pixels_of(world, simulate(world, q_cmd, clock, payload_kg), clock)
     return observe(
         world,
