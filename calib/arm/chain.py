@@ -1,0 +1,124 @@
+"""The planar chain as it is fitted: every marker is a sum of complex link coefficients.
+
+A joint's zero turns every link beyond it by a constant angle, so with the commanded directions exp(j Theta_i) known,
+
+    marker = base + sum_i c_i exp(j Theta_i),    c_i = l_i exp(j (delta_1 + ... + delta_i)),
+
+is linear in the coefficients c. planar3 has the coefficient l4 - j l5 for F and, on the same body, l4 for E
+(equations 17 and 18 written as complex numbers).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.arm import Arm
+from models.kinematics import Deviation, link_angles
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+BASE_NAMES = ("base_x_mm", "base_y_mm")
+
+# How far a built arm may be from its drawing. These spreads decide only what the data leave open, and what counts as
+# known. Lengths: the largest deviation in Table 4 is 6.7 mm, taken fivefold. Joint zeros: a hobby servo's spline has
+# 25 teeth, so a horn set two teeth off turns by 0.5 rad.
+LENGTH_SPREAD_MM = 30.0
+JOINT_SPREAD_RAD = 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """The parameters of an arm's geometry, (lengths, joint zeros), and the coefficients that they make."""
+
+    arm: Arm
+
+    @property
+    def length_names(self) -> tuple[str, ...]:
+        """`delta_l1_mm`, ...; planar3 has l1, l2, l4, l5 as in the paper."""
+        numbers = (1, 2, 4, 5) if self.arm.is_planar3 else range(1, self.arm.n_joints + 1)
+        return tuple(f"delta_l{number}_mm" for number in numbers)
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """`delta_theta1_rad`, ..."""
+        return tuple(f"delta_theta{joint + 1}_rad" for joint in range(self.arm.n_joints))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The link parameters in the order in which they are fitted."""
+        return self.length_names + self.joint_names
+
+    @property
+    def spreads(self) -> Array:
+        """(P,) how far each link parameter may be from the drawing, mm and rad (one standard deviation)."""
+        return np.array([LENGTH_SPREAD_MM] * len(self.length_names) + [JOINT_SPREAD_RAD] * len(self.joint_names))
+
+    def deviation(self, link_parameters: Array) -> Deviation:
+        """Split (P,) link parameters into lengths and joint zeros."""
+        n_lengths = len(self.length_names)
+        return Deviation(link_parameters[:n_lengths].copy(), link_parameters[n_lengths:].copy())
+
+    def coefficients(self, link_parameters: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Return the (C,) coefficients c and their (C, P) derivative by the link parameters; C = n, or n + 1 with E."""
+        n, n_lengths = self.arm.n_joints, len(self.length_names)
+        lengths = self.arm.link_lengths_mm + link_parameters[:n_lengths]
+        turn = np.exp(1j * np.cumsum(link_parameters[n_lengths:]))
+        slope = np.zeros((n + self.arm.is_planar3, n_lengths + n), dtype=complex)
+        slope[range(n), range(n)] = turn
+        if self.arm.is_planar3:
+            l1, l2, l4, l5 = lengths
+            c = np.array([l1, l2, l4 - 1j * l5, l4]) * turn[[0, 1, 2, 2]]
+            slope[2, 3] = -1j * turn[2]
+            slope[3, 2] = turn[2]
+        else:
+            c = lengths * turn
+        for link in range(len(c)):
+            slope[link, n_lengths : n_lengths + min(link, n - 1) + 1] = 1j * c[link]
+        return c, slope
+
+    def directions(self, q_cmd: Array, marker: str) -> ComplexArray:
+        """(N, C) what each coefficient is multiplied with to reach `marker` at (N, n) commands, rad."""
+        n = self.arm.n_joints
+        turned = np.exp(1j * link_angles(self.arm, q_cmd))
+        out = np.zeros((len(q_cmd), n + self.arm.is_planar3), dtype=complex)
+        if marker == "e" and self.arm.is_planar3:
+            out[:, : n - 1] = turned[:, : n - 1]
+            out[:, n] = turned[:, n - 1]
+        else:
+            reach = self.arm.marker_names.index(marker)
+            out[:, :reach] = turned[:, :reach]
+        return out
+
+    def convention(self, markers: tuple[str, ...]) -> Array:
+        """(P, P') basis of the link parameters that are fitted when these markers are seen.
+
+        Without E, planar3's last link C-F is seen as one vector only: turning (l4, l5) and turning theta3's zero are the
+        same motion. The link is then taken to have the drawn angle at C (one printed part), so that delta_l5 follows
+        delta_l4 in the drawn ratio l5 / l4, and the whole turn stands in delta_theta3, where a horn is mounted by hand.
+        """
+        basis = np.eye(len(self.names))
+        if not self.has_last_link_gauge(markers):
+            return basis
+        basis[3, 2] = self.arm.link_lengths_mm[3] / self.arm.link_lengths_mm[2]
+        return np.delete(basis, 3, axis=1)
+
+    def has_last_link_gauge(self, markers: tuple[str, ...]) -> bool:
+        """Whether theta3's zero and the direction of (l4, l5) are one motion: planar3 without marker E."""
+        return self.arm.is_planar3 and "e" not in markers and self.arm.link_lengths_mm[2] > 0
+
+    def in_convention(self, delta: Deviation) -> Deviation:
+        """Return the deviation that moves F alike and keeps the drawn angle of the last link (planar3; else `delta`)."""
+        if not self.arm.is_planar3:
+            return delta
+        l4, l5 = self.arm.link_lengths_mm[2:]
+        drawn = complex(l4, -l5)
+        built = complex(l4 + delta.lengths_mm[2], -(l5 + delta.lengths_mm[3]))
+        scale = abs(built) / abs(drawn)
+        lengths, joints = delta.lengths_mm.copy(), delta.joints_rad.copy()
+        lengths[2:] = np.array([l4, l5]) * (scale - 1.0)
+        joints[2] += float(np.angle(built / drawn))
+        return Deviation(lengths, joints)

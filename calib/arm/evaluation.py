@@ -1,0 +1,60 @@
+"""How far the tip is from where a model of the arm puts it, in the robot's plane, mm."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.camera import back_project
+from models.errors import InputError
+from models.frames import board_to_robot
+from models.kinematics import Deviation, marker_positions
+from models.recording import Recording
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class TipError:
+    """Distances of the measured tip from the predicted one, mm, over n poses."""
+
+    n: int
+    mean_mm: float
+    rms_mm: float
+    median_mm: float
+    max_mm: float
+
+
+def tip_error(
+    recording: Recording, rows: NDArray[np.int64], base_in_board_mm: Array, delta: Deviation | None = None
+) -> TipError:
+    """Compare the measured tip (the last marker) with the commands through the drawing, or through `delta`.
+
+    Raises `InputError` where the tip is not seen in any of `rows`.
+    """
+    distance = tip_distances(recording, rows, base_in_board_mm, delta)
+    distance = distance[np.isfinite(distance)]
+    if not len(distance):
+        raise InputError(f"samples.csv: marker {recording.arm.marker_names[-1]} is not seen in any pose to validate on")
+    return TipError(
+        n=len(distance),
+        mean_mm=float(distance.mean()),
+        rms_mm=float(np.sqrt((distance**2).mean())),
+        median_mm=float(np.median(distance)),
+        max_mm=float(distance.max()),
+    )
+
+
+def tip_distances(
+    recording: Recording, rows: NDArray[np.int64], base_in_board_mm: Array, delta: Deviation | None = None
+) -> Array:
+    """(N,) distances, mm, of the measured tip from the predicted one; NaN where the tip was not seen."""
+    tip = recording.arm.marker_names[-1]
+    if recording.camera is None or recording.arm_plane_z_mm is None or tip not in recording.markers_px:
+        return np.full(len(rows), np.nan)
+    board = back_project(recording.camera, recording.markers_px[tip][rows], recording.arm_plane_z_mm)
+    predicted = marker_positions(recording.arm, recording.q_cmd[rows], delta)[:, -1]
+    distances: Array = np.linalg.norm(board_to_robot(board, base_in_board_mm)[:, :2] - predicted, axis=-1)
+    return distances
