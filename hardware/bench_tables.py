@@ -1,0 +1,126 @@
+"""What a bench file may hold (TOML, `armtwin.bench/1`); `bench_file.read_bench` turns it into a `BenchSetup`.
+
+Defaults that are not obvious carry their reason. Lengths mm, angles rad, pulse widths us, times s.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from models.validation import Finite, NotNegative, Positive, Strict
+
+# What the firmware allows (`hardware/firmware/armtwin_firmware/servos.h`): pulses that no common servo is harmed by.
+FIRMWARE_MIN_US = 500.0
+FIRMWARE_MAX_US = 2500.0
+N_SERVOS = 3
+
+Pulse = Annotated[float, Field(ge=FIRMWARE_MIN_US, le=FIRMWARE_MAX_US, allow_inf_nan=False)]
+
+
+class JointTable(Strict):
+    """One joint: the servo that turns it and how far it may turn."""
+
+    servo: Annotated[int, Field(ge=1, le=N_SERVOS)]
+    zero_us: Pulse = 1500.0
+    # TowerPro's MG996R turns half a turn over 500 to 2500 us.
+    us_per_rad: Annotated[float, Field(gt=50.0, lt=5000.0, allow_inf_nan=False)] = 636.62
+    direction: Literal[1, -1] = 1
+    min_us: Pulse = FIRMWARE_MIN_US
+    max_us: Pulse = FIRMWARE_MAX_US
+    min_rad: Finite
+    max_rad: Finite
+
+    @model_validator(mode="after")
+    def _limits_fit_the_servo(self) -> JointTable:
+        if self.min_us >= self.max_us:
+            raise ValueError(f"min_us {self.min_us:g} is not below max_us {self.max_us:g}")
+        if self.min_rad >= self.max_rad:
+            raise ValueError(f"min_rad {self.min_rad:g} is not below max_rad {self.max_rad:g}")
+        ends = sorted((edge - self.zero_us) / (self.direction * self.us_per_rad) for edge in (self.min_us, self.max_us))
+        for name, limit in (("min_rad", self.min_rad), ("max_rad", self.max_rad)):
+            if not ends[0] - 1e-9 <= limit <= ends[1] + 1e-9:
+                raise ValueError(
+                    f"{name} {limit:g} lies outside the servo's range, {ends[0]:.4f} to {ends[1]:.4f} rad "
+                    f"({self.min_us:g} to {self.max_us:g} us); narrow the limit, or check zero_us and us_per_rad"
+                )
+        return self
+
+
+class SerialTable(Strict):
+    """The Arduino's port."""
+
+    port: Annotated[str, Field(min_length=1, max_length=1000)]
+
+
+class CameraSettings(Strict):
+    """The webcam and what is asked of it; a setting that is left out is left to the camera."""
+
+    source: Annotated[str, Field(min_length=1, max_length=2000)]
+    calibration: Annotated[str, Field(min_length=1, max_length=1000)]
+    arm_plane_z_mm: Finite
+    fps: Positive | None = None
+    focus: NotNegative | None = None
+    exposure: Finite | None = None
+    white_balance_k: Positive | None = None
+
+
+class MotionTable(Strict):
+    """How the arm is moved."""
+
+    max_step_rad: Positive = 0.5
+    speed_rad_s: Annotated[float, Field(gt=0, le=3.0, allow_inf_nan=False)] = 1.0
+    # A fifth of the usual speed: time to reach for the plug if the arm sets out the wrong way.
+    start_speed_rad_s: Annotated[float, Field(gt=0, le=1.0, allow_inf_nan=False)] = 0.2
+    rest_rad: list[Finite] | None = None
+
+
+class SettleTable(Strict):
+    """When the arm counts as still in the picture."""
+
+    # Three to four frames of a 25 or 30 Hz webcam: one pair of equal frames may be the end of a swing.
+    still_s: Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)] = 0.12
+    # A move must show in the picture within this time; beyond it the arm is taken not to have moved. It bounds the
+    # delay of the stream that can be told from an arm that stands.
+    onset_s: Annotated[float, Field(gt=0, le=30, allow_inf_nan=False)] = 1.5
+    timeout_s: Annotated[float, Field(gt=0, le=120, allow_inf_nan=False)] = 10.0
+
+
+class QualityTable(Strict):
+    """Pictures outside these bounds are refused."""
+
+    min_brightness: Annotated[float, Field(ge=0, le=255)] = 12.0
+    max_saturated_share: Annotated[float, Field(gt=0, le=1)] = 0.35
+    # A sharp edge of a webcam rises over 1.5 to 3 px; stickers of 30 px survive twice that.
+    max_edge_px: Annotated[float, Field(gt=0, le=100)] = 6.0
+    frozen_s: Annotated[float, Field(gt=0, le=60)] = 1.0
+
+
+class BenchTable(Strict):
+    """The whole bench file."""
+
+    schema_: Literal["armtwin.bench/1"] = Field(alias="schema")
+    arm: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
+    serial: SerialTable
+    camera: CameraSettings
+    joints: Annotated[list[JointTable], Field(min_length=N_SERVOS, max_length=N_SERVOS)]
+    motion: MotionTable = MotionTable()
+    settle: SettleTable = SettleTable()
+    quality: QualityTable = QualityTable()
+
+    @model_validator(mode="after")
+    def _is_consistent(self) -> BenchTable:
+        servos = sorted(joint.servo for joint in self.joints)
+        if servos != list(range(1, N_SERVOS + 1)):
+            raise ValueError(f"joints: each servo 1 to {N_SERVOS} turns one joint, found servos {servos}")
+        rest = self.motion.rest_rad
+        if rest is not None and len(rest) != len(self.joints):
+            raise ValueError(f"motion.rest_rad needs {len(self.joints)} angles, one a joint, found {len(rest)}")
+        for number, (joint, angle) in enumerate(zip(self.joints, rest or [0.0] * N_SERVOS, strict=True), start=1):
+            if not joint.min_rad <= angle <= joint.max_rad:
+                raise ValueError(
+                    f"motion.rest_rad of joint {number} is {angle:g}, outside its limits "
+                    f"{joint.min_rad:g} to {joint.max_rad:g}; the arm starts from there"
+                )
+        return self

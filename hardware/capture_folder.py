@@ -1,0 +1,241 @@
+"""A recording that grows row by row: each pose is on disk before the arm moves on, and a broken-off one is taken up.
+
+recording.json     written first, whole
+frames/000007.png  the picture of a pose, flushed to disk
+samples.csv        its row, appended and flushed after the picture: a row stands for a finished pose
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import shutil
+import time
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from models import atomic
+from models.arm import Arm
+from models.bench import Frame
+from models.camera import Camera
+from models.errors import InputError, JobError, RecordingError
+from models.plan import Plan
+from models.recording import Recording
+from models.recording_writer import columns_of, header_of, row_of
+
+Array = NDArray[np.float64]
+
+_MAX_BYTES = 1 << 28
+# Level 1 of 9: a fifth larger than the default, several times faster, and the arm waits for it.
+_PNG = [cv2.IMWRITE_PNG_COMPRESSION, 1]
+# A noisy picture hardly compresses; PNG's worst case is its raw size.
+_BYTES_A_PIXEL = 3
+# A folder in which a file or two of the system stand is still empty for a recording.
+_IGNORED = {".DS_Store", "lost+found"}
+
+
+class CaptureFolder:
+    """The recording folder of one plan on one arm; `open` it before anything moves."""
+
+    def __init__(self, folder: Path, arm: Arm, camera: Camera, arm_plane_z_mm: float, plan: Plan) -> None:
+        self.folder = folder
+        self.plan = plan
+        self._arm = arm
+        self._camera = camera
+        self._arm_plane_z_mm = arm_plane_z_mm
+        self._done = 0
+        self._time_offset_s = 0.0
+        self._handle: int | None = None
+
+    @property
+    def done(self) -> int:
+        """How many poses of the plan are on disk."""
+        return self._done
+
+    def open(self) -> None:
+        """Begin the recording, or take up the one that is there.
+
+        Raises `InputError` if the folder holds something else: another arm's or camera's data, another plan's poses, no
+        recording at all; or if the disk has no room for the pictures that are missing.
+        """
+        try:
+            self._open()
+        except OSError as error:
+            raise InputError(f"{self.folder}: cannot be written ({error.strerror}); choose another folder") from None
+
+    def add(self, frame: Frame) -> None:
+        """Put the picture and the row of the next pose on disk; raises `JobError` if they do not fit.
+
+        What was begun is taken back then, so that the recording stays whole.
+        """
+        if self._handle is None:
+            raise JobError(f"{self.folder}: not open")
+        row = self._row(self._done, self._time_offset_s + frame.time_s)
+        whole = os.fstat(self._handle).st_size
+        try:
+            good, png = cv2.imencode(".png", frame.image, _PNG)
+            if not good:
+                raise JobError(f"{self.folder}: the picture of pose {self._done} cannot be written as PNG")
+            atomic.write_bytes(self.frame_path(self._done), png.tobytes())
+            _append(self._handle, row)
+        except OSError as error:
+            os.ftruncate(self._handle, whole)
+            raise JobError(
+                f"{self.folder}: cannot be written ({error.strerror}); {self._done} of {len(self.plan)} poses are "
+                "kept: make room, then run the same command again"
+            ) from None
+        self._done += 1
+
+    def finish(self, held_out: tuple[str, ...]) -> None:
+        """Note the trajectories to be kept for validation, now that all their rows are there."""
+        atomic.write_json(self.folder / "recording.json", self._header(held_out))
+
+    def close(self) -> None:
+        """Close the file of rows. May be called twice."""
+        if self._handle is not None:
+            os.close(self._handle)
+            self._handle = None
+
+    def frame_path(self, sample: int) -> Path:
+        """Where the picture of a pose stands."""
+        return self.folder / "frames" / f"{sample:06d}.png"
+
+    def _open(self) -> None:
+        found = {path.name for path in self.folder.iterdir()} - _IGNORED if self.folder.is_dir() else set()
+        if found and "recording.json" not in found:
+            raise InputError(
+                f"{self.folder}: not empty and no recording (found {sorted(found)[0]}); choose another --out"
+            )
+        if found:
+            self._refuse_other_bench()
+        self._refuse_full_disk()
+        if not found:
+            atomic.write_json(self.folder / "recording.json", self._header(()))
+        (self.folder / "frames").mkdir(exist_ok=True)
+        samples = self.folder / "samples.csv"
+        kept = self._take_up(samples) if samples.exists() else b""
+        self._handle = os.open(samples, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
+        os.ftruncate(self._handle, len(kept))
+        if not kept:
+            _append(self._handle, _line(self._columns()))
+
+    def _take_up(self, samples: Path) -> bytes:
+        """Count the finished rows, check them against the plan, and return the content that is whole."""
+        if samples.stat().st_size > _MAX_BYTES:
+            raise RecordingError(f"{samples}: larger than {_MAX_BYTES} bytes; choose another --out")
+        content = samples.read_bytes()
+        content = content[: content.rfind(b"\n") + 1]  # a torn last row, from a power cut, is done again
+        try:
+            lines = list(csv.reader(io.StringIO(content.decode("utf-8"))))
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise RecordingError(f"{samples}: not a CSV file in UTF-8 ({error}); choose another --out") from None
+        if not lines:
+            return b""
+        if lines[0] != self._columns():
+            raise RecordingError(f"{samples}: its columns are not those of this plan's capture; choose another --out")
+        rows = lines[1:]
+        for sample, cells in enumerate(rows):
+            self._refuse_other_row(samples, sample, cells)
+        self._done = len(rows)
+        if rows and rows[-1][1]:
+            pause_s = max(0.0, time.time() - samples.stat().st_mtime)
+            self._time_offset_s = float(rows[-1][1]) + pause_s
+        return content
+
+    def _refuse_other_row(self, samples: Path, sample: int, cells: list[str]) -> None:
+        where = f"{samples}: line {sample + 2}"
+        if sample >= len(self.plan):
+            raise RecordingError(f"{where}: the plan has {len(self.plan)} poses only; choose another --out")
+        wanted = _cells(self._row(sample, 0.0))
+        keys = [0, *range(2, 3 + self._arm.n_joints)]  # sample, trajectory and commands; time and markers are free
+        if len(cells) != len(wanted) or [cells[k] for k in keys] != [wanted[k] for k in keys]:
+            raise RecordingError(
+                f"{where}: holds pose '{','.join(cells[2 : 3 + self._arm.n_joints])[:80]}' of another plan, "
+                f"this one has '{','.join(wanted[2 : 3 + self._arm.n_joints])[:80]}'; choose another --out"
+            )
+        if not self.frame_path(sample).is_file():
+            raise RecordingError(f"{where}: its picture frames/{sample:06d}.png is missing; choose another --out")
+
+    def _refuse_other_bench(self) -> None:
+        path = self.folder / "recording.json"
+        try:
+            found = json.loads(path.read_text("utf-8"))
+        except (ValueError, RecursionError) as error:
+            raise RecordingError(f"{path}: not JSON ({error}); choose another --out") from None
+        wanted: dict[str, Any] = json.loads(json.dumps(self._header(())))
+        for key in ("schema", "arm", "camera", "arm_plane_z_mm"):
+            here = found.get(key) if isinstance(found, dict) else None
+            if here != wanted[key]:
+                what = "another arm's data" if key == "arm" else f"data with another {key}"
+                raise RecordingError(
+                    f"{path}: holds {what} ({_first_difference(key, here, wanted[key])}); choose another --out"
+                )
+
+    def _refuse_full_disk(self) -> None:
+        existing = next(path for path in (self.folder, *self.folder.absolute().parents) if path.exists())
+        missing = len(self.plan) - len(list((self.folder / "frames").glob("*.png")))
+        wanted = missing * _BYTES_A_PIXEL * self._camera.image_width * self._camera.image_height
+        free = shutil.disk_usage(existing).free
+        if wanted > free:
+            raise InputError(
+                f"{self.folder}: {missing} pictures may need {wanted / 1e6:.0f} MB, the disk has {free / 1e6:.0f} MB "
+                "free; make room or choose another --out"
+            )
+
+    def _header(self, held_out: tuple[str, ...]) -> dict[str, Any]:
+        return header_of(self._recording(0, 0.0, held_out))
+
+    def _columns(self) -> list[str]:
+        return columns_of(self._recording(0, 0.0))
+
+    def _row(self, sample: int, time_s: float) -> bytes:
+        return _line(row_of(self._recording(sample, time_s), 0))
+
+    def _recording(self, sample: int, time_s: float, held_out: tuple[str, ...] = ()) -> Recording:
+        """One row as a recording; its markers are not measured yet, which an empty cell says."""
+        rows = slice(sample, sample + 1)
+        return Recording(
+            arm=self._arm,
+            camera=self._camera,
+            arm_plane_z_mm=self._arm_plane_z_mm,
+            held_out=held_out,
+            sample=np.array([sample]),
+            time_s=np.array([round(time_s, 6)]),
+            trajectory=self.plan.trajectory[rows],
+            q_cmd=self.plan.q_cmd[rows],
+            markers_px={name: np.full((1, 2), np.nan) for name in self._arm.marker_names},
+            payload_kg=self.plan.payload_kg[rows] if self.plan.payload_kg.any() else None,
+        )
+
+
+def _append(handle: int, data: bytes) -> None:
+    """Write all of `data` at the end and flush it to disk; raises OSError."""
+    view = memoryview(data)
+    while view:
+        view = view[os.write(handle, view) :]
+    os.fsync(handle)
+
+
+def _line(cells: list[str]) -> bytes:
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerow(cells)
+    return out.getvalue().encode("utf-8")
+
+
+def _cells(line: bytes) -> list[str]:
+    return next(csv.reader([line.decode("utf-8")]))
+
+
+def _first_difference(key: str, found: Any, wanted: Any) -> str:
+    """Name the first key at which two tables differ, and both values."""
+    if isinstance(found, dict) and isinstance(wanted, dict):
+        for name in {**wanted, **found}:
+            if found.get(name) != wanted.get(name):
+                return _first_difference(f"{key}.{name}", found.get(name), wanted.get(name))
+    return f"{key}: {str(found)[:60]} there, {str(wanted)[:60]} here"

@@ -1,0 +1,70 @@
+"""Pictures that must not be measured: black, over-exposed or blurred. (Frozen streams are the webcam's to notice.)"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from hardware.bench_tables import QualityTable
+from hardware.stillness import Grey
+
+# A channel at 250 of 255 is as good as clipped behind a JPEG's rounding.
+_SATURATED_LEVEL = 250
+# Contrast around an edge is looked for this far to both sides: wider than the widest blur that is told from none.
+_REACH_PX = 10
+# The strongest gradients: about as many pixels as three stickers have on their rims, at 720p.
+_EDGE_SHARE = 3e-4
+# Edges lower than this many grey levels say nothing about the lens.
+_MIN_CONTRAST = 20.0
+
+
+def brightness(grey: Grey) -> float:
+    """99.5th percentile of the grey levels: what the bright parts reach, dark as the scene may be."""
+    counts = np.cumsum(np.bincount(grey.ravel(), minlength=256))
+    return float(np.searchsorted(counts, 0.995 * grey.size))
+
+
+def saturated_share(grey: Grey) -> float:
+    """Share of pixels that are clipped."""
+    return float(np.count_nonzero(grey >= _SATURATED_LEVEL)) / grey.size
+
+
+def edge_width_px(grey: Grey) -> float:
+    """Median width of the steepest edges, px: contrast over slope; infinite for a picture without edges.
+
+    An ideal step through an area-averaging pixel has about 1 to 2, a Gaussian blur of sigma has sigma * sqrt(2 pi).
+    The picture's contrast does not matter, and its noise little, since only the steepest edges are looked at.
+    """
+    smooth = cv2.GaussianBlur(grey, (3, 3), 0)
+    dx = cv2.Scharr(smooth, cv2.CV_16S, 1, 0)
+    dy = cv2.Scharr(smooth, cv2.CV_16S, 0, 1)
+    slope = cv2.magnitude(dx.astype(np.float32), dy.astype(np.float32)) / 32.0  # Scharr's weights sum to 32 a pixel
+    n = max(20, int(_EDGE_SHARE * grey.size))
+    steepest = np.argpartition(slope.ravel(), slope.size - n)[-n:]
+    rows, columns = np.unravel_index(steepest, slope.shape)
+    kernel = np.ones((2 * _REACH_PX + 1, 2 * _REACH_PX + 1), np.uint8)
+    contrast = (cv2.dilate(smooth, kernel).astype(np.float32) - cv2.erode(smooth, kernel))[rows, columns]
+    useful = (contrast >= _MIN_CONTRAST) & (slope[rows, columns] > 0)
+    if not useful.any():
+        return float("inf")
+    return float(np.median(contrast[useful] / slope[rows, columns][useful]))
+
+
+def fault_of(grey: Grey, bounds: QualityTable) -> str | None:
+    """Say what is wrong with an (H, W) picture and what to do, or None if it may be measured."""
+    bright = brightness(grey)
+    if bright < bounds.min_brightness:
+        return f"the picture is black (brightest parts at {bright:.0f} of 255); take the cap off, switch on the light"
+    clipped = saturated_share(grey)
+    if clipped > bounds.max_saturated_share:
+        return f"the picture is over-exposed ({100 * clipped:.0f} % clipped); lower camera.exposure or dim the light"
+    width = edge_width_px(grey)
+    if width > bounds.max_edge_px:
+        return f"the picture is blurred (its sharpest edges are {width:.1f} px wide); set camera.focus, clean the lens"
+    return None
+
+
+def check_quality(image: NDArray[np.uint8], bounds: QualityTable) -> str | None:
+    """`fault_of` for an (H, W, 3) BGR picture."""
+    return fault_of(np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), dtype=np.uint8), bounds)

@@ -1,0 +1,206 @@
+"""The real bench: servos behind the serial link, the arm watched by the webcam.
+
+The emulated bench is this class too, with an emulated Arduino at the port and a rendered stream as its camera.
+
+    connect   link, camera, noise of the picture while the arm is limp
+    move      the first: where the arm stands is looked up, the servos are armed there, and it sets out slowly
+              every other: limits and step are checked, the command is sent, the picture is waited for
+    close     servos detached first, then the camera; also after an error, Ctrl-C or a lost camera
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hardware.bench_file import BenchSetup
+from hardware.frame_quality import fault_of
+from hardware.limits import steps_between
+from hardware.link import Hello, ServoLink
+from hardware.posture import FindMarkers, joint_angles, link_vectors_mm
+from hardware.stillness import Grey, StillnessWatch, noise_level, to_grey
+from hardware.webcam import CameraLostError, Picture, Webcam
+from models.bench import Frame
+from models.errors import InputError, JobError
+
+Array = NDArray[np.float64]
+
+# Pictures of the limp arm that the noise is taken from: half a second of a 25 Hz camera.
+NOISE_PICTURES = 12
+# More than this between two pictures of a still scene is a hand, flicker or a swinging arm, no sensor.
+MAX_NOISE_LEVELS = 15.0
+# The arm is built with joint zeros a few degrees off, so that it may stand a little outside its limits.
+_ZERO_TOLERANCE_RAD = math.radians(8.0)
+# A move shorter than this is less than half a pixel at the tip of the nominal arm: it need not show.
+_VISIBLE_STEP_RAD = 2e-3
+
+
+class MotionError(JobError):
+    """The arm did not come to rest."""
+
+
+class HardwareBench:
+    """Satisfies `models.bench.Bench` with an Arduino and a webcam."""
+
+    def __init__(self, setup: BenchSetup, find_markers: FindMarkers | None = None) -> None:
+        """Note the setup; nothing is opened before `connect`.
+
+        `find_markers` tells from the picture where the arm stands when it is armed; without it, or when a marker is
+        hidden, the arm is taken to stand in the bench file's `rest_rad`.
+        """
+        camera = setup.camera
+        self.setup = setup
+        self.link = ServoLink(setup.port)
+        self.webcam = Webcam(
+            setup.camera_settings, camera.image_width, camera.image_height, frozen_s=setup.quality.frozen_s
+        )
+        self.noise = 0.0
+        self._find_markers = find_markers
+        self._q: Array | None = None
+        self._resting: Picture | None = None
+        self._started_s = 0.0
+
+    def connect(self) -> None:
+        """Open both, and learn the picture's noise while the arm is limp.
+
+        Raises `InputError` for a port, firmware or camera that cannot be used, `JobError` for a picture that cannot.
+        """
+        try:
+            self.link.connect()
+            self.webcam.open()
+            self.noise = self._measure_noise()
+            self._refuse_bad_picture(to_grey(self.webcam.newest().image))
+        except BaseException:
+            self.close()
+            raise
+        self._started_s = time.monotonic()
+
+    def move(self, q_cmd_rad: Array) -> None:
+        """Move to (n,) joint angles, rad, and return when the arm is still in the picture.
+
+        The first move begins slowly from where the arm stands. Raises `InputError` for a pose outside the limits or too
+        long a step, before anything is sent; `JobError` if the link or the camera is lost or the arm does not settle.
+        """
+        q = np.asarray(q_cmd_rad, dtype=np.float64)
+        self.setup.limits.check_pose(q, "command")
+        if self._q is None:
+            self._set_out(q)
+            return
+        self.setup.limits.check_step(self._q, q, "command")
+        self._step(q, self.setup.motion.speed_rad_s)
+
+    def capture(self) -> Frame:
+        """Take one new picture of the arm; raises `JobError` if it is black, over-exposed, blurred or frozen."""
+        picture = self._resting
+        if picture is None:
+            picture = self.webcam.after(self.webcam.newest().number)
+        self._resting = None
+        self._refuse_bad_picture(to_grey(picture.image))
+        return Frame(picture.image, picture.arrived_s - self._started_s)
+
+    def close(self) -> None:
+        """Detach the servos, then release the camera. May be called twice."""
+        try:
+            self.link.close()
+        finally:
+            self._q = None
+            self.webcam.close()
+
+    @property
+    def hello(self) -> Hello:
+        """What the board said of itself."""
+        return self.link.hello()
+
+    def arm_at(self, q: Array) -> None:
+        """Arm the servos at (n,) joint angles, which the arm jumps to if it stands elsewhere; raises as `move` does."""
+        self.setup.limits.check_pose(q, "arming")
+        self.link.arm(self.setup.servo_map.pulses_us(q))
+        self._q = q
+
+    def posture(self) -> Array | None:
+        """(n,) joint angles, rad, that the newest picture shows, or None when a marker is hidden. Raises `JobError`."""
+        if self._find_markers is None:
+            return None
+        setup = self.setup
+        markers = self._find_markers(self.webcam.newest().image)
+        links = link_vectors_mm(setup.arm, setup.camera, setup.arm_plane_z_mm, markers)
+        return None if links is None else joint_angles(setup.arm, links)
+
+    def __enter__(self) -> HardwareBench:
+        self.connect()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _set_out(self, q: Array) -> None:
+        seen = self.posture()
+        start = self.setup.rest_rad if seen is None else self._within_limits(seen)
+        self.arm_at(start)
+        for pose in steps_between(start, q, self.setup.limits.max_step_rad):
+            self._step(pose, self.setup.motion.start_speed_rad_s)
+
+    def _within_limits(self, seen: Array) -> Array:
+        limits = self.setup.limits
+        inside = np.clip(seen, limits.min_rad, limits.max_rad)
+        off = np.abs(seen - inside)
+        if off.max() > _ZERO_TOLERANCE_RAD:
+            j = int(np.argmax(off))
+            raise InputError(
+                f"the arm: joint {j + 1} stands at {np.degrees(seen[j]):.0f} deg in the picture, outside its limits "
+                f"{np.degrees(limits.min_rad[j]):.0f} to {np.degrees(limits.max_rad[j]):.0f} deg; "
+                "turn the limp arm inside by hand"
+            )
+        return inside
+
+    def _step(self, q: Array, speed_rad_s: float) -> None:
+        """Send one command and wait for the picture to rest."""
+        before = self._resting or self.webcam.newest()
+        self._resting = None
+        distance = 0.0 if self._q is None else float(np.abs(q - self._q).max())
+        sent_s = time.monotonic()
+        duration_s = self.link.move(self.setup.servo_map.pulses_us(q), distance / speed_rad_s)
+        self._q = q
+        visible = distance >= _VISIBLE_STEP_RAD
+        self._resting = self._wait_for_rest(to_grey(before.image) if visible else None, sent_s + duration_s)
+
+    def _wait_for_rest(self, reference: Grey | None, earliest_s: float) -> Picture:
+        settle = self.setup.settle
+        watch = StillnessWatch(self.noise, settle.still_s, earliest_s, reference, earliest_s + settle.onset_s)
+        give_up_s = earliest_s + settle.onset_s + settle.timeout_s
+        picture = self.webcam.newest()
+        while not watch.feed(to_grey(picture.image), picture.arrived_s):
+            if time.monotonic() > give_up_s:
+                raise MotionError(
+                    f"the arm did not come to rest in the picture within {settle.timeout_s:g} s; look for a swinging "
+                    "arm, a humming servo, flickering light or someone in the picture, or raise settle.timeout_s"
+                )
+            picture = self.webcam.after(picture.number)
+        return picture
+
+    def _measure_noise(self) -> float:
+        greys: list[Grey] = []
+        picture = self.webcam.newest()
+        give_up_s = time.monotonic() + self.setup.settle.timeout_s
+        while len(greys) < NOISE_PICTURES:
+            picture = self.webcam.after(picture.number)
+            greys.append(to_grey(picture.image))
+            if len(greys) == NOISE_PICTURES and noise_level(greys) > MAX_NOISE_LEVELS:
+                if time.monotonic() > give_up_s:
+                    raise CameraLostError(
+                        f"camera {self.webcam.source}: the picture is not quiet before the start (neighbours "
+                        f"differ by {noise_level(greys):.0f} grey levels); keep hands out and steady the light"
+                    )
+                del greys[0]
+        return noise_level(greys)
+
+    def _refuse_bad_picture(self, grey: Grey) -> None:
+        fault = fault_of(grey, self.setup.quality)
+        if fault is not None:
+            raise JobError(f"camera {self.webcam.source}: {fault}")

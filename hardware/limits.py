@@ -1,0 +1,64 @@
+"""Joint limits and the largest step, checked before anything is sent to the servos."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.errors import InputError
+from models.plan import Plan
+
+Array = NDArray[np.float64]
+
+# Commands are written with 17 digits; this forgives the last of them.
+_ROUNDING_RAD = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class JointLimits:
+    """(n,) smallest and largest angle of each joint, rad, and the largest change of a joint from pose to pose."""
+
+    min_rad: Array
+    max_rad: Array
+    max_step_rad: float
+
+    def check_pose(self, q: Array, where: str) -> None:
+        """Raise `InputError`, naming `where` and the joint, if (n,) angles lie outside the limits or are no numbers."""
+        if np.shape(q) != np.shape(self.min_rad):
+            raise InputError(f"{where}: {len(self.min_rad)} joint angles wanted, found shape {np.shape(q)}")
+        inside = (q >= self.min_rad - _ROUNDING_RAD) & (q <= self.max_rad + _ROUNDING_RAD)
+        if not inside.all():  # NaN is not inside
+            j = int(np.argmin(inside))
+            raise InputError(
+                f"{where}: joint {j + 1} at {q[j]:.4f} rad ({np.degrees(q[j]):.1f} deg) is outside its limits, "
+                f"{self.min_rad[j]:.4f} to {self.max_rad[j]:.4f} rad"
+            )
+
+    def check_step(self, q_from: Array, q_to: Array, where: str) -> None:
+        """Raise `InputError` if a joint would turn further than the largest step."""
+        step = np.abs(q_to - q_from)
+        j = int(np.argmax(step))
+        if step[j] > self.max_step_rad + _ROUNDING_RAD:
+            raise InputError(
+                f"{where}: joint {j + 1} turns {step[j]:.4f} rad in one step, {self.max_step_rad:.4f} is allowed; "
+                "put poses between, or raise motion.max_step_rad"
+            )
+
+    def check_plan(self, plan: Plan, file: str) -> None:
+        """Check every pose and every step of a plan before the first is sent; rows are counted as in a plan's CSV."""
+        for row, q in enumerate(plan.q_cmd):
+            where = f"{file}: line {row + 2} ({plan.trajectory[row]})"
+            self.check_pose(q, where)
+            if row:
+                self.check_step(plan.q_cmd[row - 1], q, where)
+
+
+def steps_between(q_from: Array, q_to: Array, max_step_rad: float) -> Array:
+    """(k, n) poses on the straight line from `q_from` to `q_to`, the end included, none further than the step apart."""
+    k = max(1, int(np.ceil(np.abs(q_to - q_from).max() / max_step_rad - _ROUNDING_RAD)))
+    share = np.arange(1, k + 1)[:, None] / k
+    poses: Array = q_from + share * (q_to - q_from)
+    poses[-1] = q_to
+    return poses
