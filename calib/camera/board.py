@@ -13,7 +13,7 @@ from models.errors import InputError
 Array = NDArray[np.float64]
 
 # OpenCV's detectors need three corners each way; no printed board has more than this.
-_MIN_CORNERS, _MAX_CORNERS = 3, 60
+MIN_CORNERS, MAX_CORNERS = 3, 60
 
 
 @dataclass(frozen=True)
@@ -41,10 +41,10 @@ class Board:
         """
         match = re.fullmatch(r"\s*(\d{1,4})\s*[x×X]\s*(\d{1,4})\s*", text)
         sizes = [int(n) for n in match.groups()] if match else []
-        if not sizes or not all(_MIN_CORNERS <= n <= _MAX_CORNERS for n in sizes):
+        if not sizes or not all(MIN_CORNERS <= n <= MAX_CORNERS for n in sizes):
             raise InputError(
-                f"--board: found {text!r}, wanted columns x rows of inner corners, each {_MIN_CORNERS} to "
-                f"{_MAX_CORNERS}, such as 9x6 (a board of 10x7 squares)"
+                f"--board: found {text!r}, wanted columns x rows of inner corners, each {MIN_CORNERS} to "
+                f"{MAX_CORNERS}, such as 9x6 (a board of 10x7 squares)"
             )
         # Squares below a millimetre mean that metres were typed; above a metre, that something else was.
         if not 1.0 <= square_mm <= 1000.0:

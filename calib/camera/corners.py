@@ -57,14 +57,15 @@ def find_corners(image: Gray, board: Board, window_px: int | None = None) -> Arr
     if not _even(grid) or _goes_on(gray, grid):
         return None
     grid = _right_start(gray, grid, board)
-    half = min(window_px or adapted_window_px(grid), (min(gray.shape) - 6) // 2)
+    half = window_px or min(window_limit_px(grid), USUAL_WINDOW_PX)
+    half = min(half, (min(gray.shape) - 6) // 2)  # OpenCV wants the window well inside the picture
     start = grid.reshape(-1, 1, 2).astype(np.float32)
     return cv2.cornerSubPix(gray, start, (half, half), (-1, -1), _REFINE).reshape(-1, 2).astype(float)
 
 
-def adapted_window_px(grid: Array) -> int:
-    """Half window, px, that sees one corner only, for a (rows, columns, 2) grid of corners."""
-    return int(np.clip(_WINDOW_SHARE * spacing_px(grid), _MIN_WINDOW_PX, USUAL_WINDOW_PX))
+def window_limit_px(grid: Array) -> int:
+    """Largest half window, px, that sees one corner only, for a (rows, columns, 2) grid of corners."""
+    return max(int(_WINDOW_SHARE * spacing_px(grid)), _MIN_WINDOW_PX)
 
 
 def spacing_px(grid: Array) -> float:

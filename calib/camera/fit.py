@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.camera.advice import Advice, advise
+from calib.camera.advice import Advice, advise, tilts
 from calib.camera.board import Board
 from calib.camera.corners import Corners, y_down_px
 from calib.camera.coverage import Coverage, cover
@@ -66,6 +66,11 @@ class CameraCalibration:
         return view_rms_px(self.residuals_px)
 
     @property
+    def tilt_deg(self) -> Array:
+        """(V,) angle of the board against the image plane in each view, degrees, for people."""
+        return np.rad2deg(np.linalg.norm(tilts(rotations_of(self.poses)), axis=1))
+
+    @property
     def intrinsics(self) -> dict[str, float]:
         """Value of each intrinsic parameter, named as in `INTRINSICS`."""
         K, D = self.camera.K, self.camera.D
@@ -111,7 +116,7 @@ def calibrate_camera(
         raise _undetermined() from error
     if not np.all(np.isfinite(spread.std)) or spread.std[0] > _MAX_FOCAL_STD * K[0, 0]:
         raise _undetermined()
-    rotations = np.array([cv2.Rodrigues(pose[:3])[0] for pose in poses])
+    rotations = rotations_of(poses)
     coverage = cover(np.concatenate([view.pixels for view in views]), image_size)
     return CameraCalibration(
         camera=Camera(*image_size, K, D, rotations[reference], poses[reference, 3:]),
@@ -132,6 +137,11 @@ def view_rms_px(residuals_px: Array) -> Array:
     return np.sqrt(np.mean(np.sum(residuals_px**2, axis=-1), axis=-1))
 
 
+def rotations_of(poses: Array) -> Array:
+    """(V, 3, 3) rotation matrices from (V, 6) poses."""
+    return np.array([cv2.Rodrigues(pose[:3])[0] for pose in poses], dtype=np.float64)
+
+
 def _fit(points: Array, views: Sequence[Corners], image_size: tuple[int, int]) -> tuple[Array, Array, Array]:
     """K (3, 3), D (5,) and poses (V, 6) of least squared distance."""
     object_points = [points.astype(np.float32)] * len(views)
@@ -144,8 +154,8 @@ def _fit(points: Array, views: Sequence[Corners], image_size: tuple[int, int]) -
         raise _undetermined() from error
     if not (np.all(np.isfinite(K)) and np.all(np.isfinite(D))):
         raise _undetermined()
-    poses = np.hstack([np.reshape(turns, (-1, 3)), np.reshape(moves, (-1, 3))])
-    return np.asarray(K, dtype=float), np.asarray(D, dtype=float).ravel()[:5], poses
+    poses: Array = np.hstack([np.reshape(turns, (-1, 3)), np.reshape(moves, (-1, 3))]).astype(np.float64)
+    return np.asarray(K, np.float64), np.asarray(D, np.float64).ravel()[:5], poses
 
 
 def _project(points: Array, pose: Array, K: Array, D: Array) -> Array:

@@ -95,8 +95,8 @@ def _without_each(S: Array, reduced: Array, gradients: Array, scale: Array) -> A
 
 def _jacobian(points_mm: Array, pose: Array, K: Array, D: Array) -> Array:
     """(2 N, 15) derivative of the pixels with respect to rotation (about camera axes), translation and intrinsics."""
-    _, J = cv2.projectPoints(points_mm, pose[:3], pose[3:], K, D)
-    J = np.array(J[:, :15], dtype=float)
+    _, derivatives = cv2.projectPoints(points_mm, pose[:3], pose[3:], K, D)
+    J: Array = np.array(derivatives[:, :15], dtype=np.float64)
     # A small turn w about the camera's axes moves R X by w × R X; OpenCV differentiates by the rotation vector instead,
     # whose elements mean no angle that a person could read.
     R, d_R = cv2.Rodrigues(pose[:3])
