@@ -1,4 +1,4 @@
-"""Builds the firmware and the emulator's C host into a cache outside the source tree, once for each of their versions."""
+"""Builds the firmware and the emulator's C host into a cache outside the source tree, once a version of their sources."""
 
 from __future__ import annotations
 
