@@ -1,0 +1,161 @@
+"""The OpenGL calls of a frame, in the order that makes hidden fragments cheap."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from OpenGL import GL
+
+from models.errors import InputError
+from sim.render.frame_buffer import Box, FrameBuffer
+from sim.render.lens import Lens
+from sim.render.light import Light, Shadow
+from sim.render.parts import Part, merge
+from sim.render.program import MAX_BODIES, Drawing, LensProgram
+
+Array = NDArray[np.float64]
+Image = NDArray[np.uint8]
+
+
+class Painter:
+    """Everything that a scene keeps in the current context: programs, merged vertices, frame buffers."""
+
+    def __init__(
+        self,
+        image_size: tuple[int, int],
+        supersampling: int,
+        parts: Sequence[Part],
+        bodies: Sequence[str],
+        background: tuple[float, float, float],
+    ) -> None:
+        if len(bodies) + 1 > MAX_BODIES:
+            raise InputError(f"a scene holds at most {MAX_BODIES - 1} moving bodies; {len(bodies)} were given")
+        self.supersampling = supersampling
+        self._size = image_size
+        self._whole = Box(0, 0, *image_size)
+        self._clear = background[::-1]
+        index: dict[str | None, int] = {None: 0} | {name: i + 1 for i, name in enumerate(bodies)}
+
+        def upload(chosen: Sequence[Part]) -> list[Drawing]:
+            buffers = merge(chosen, index)
+            return [] if buffers is None else [Drawing(buffers)]
+
+        self._moving = upload([p for p in parts if p.body is not None and p.ink is None])
+        self._moving_ink = upload([p for p in parts if p.body is not None and p.ink is not None])
+        self._still = upload([p for p in parts if p.body is None and p.ink is None and not p.receives_shadow])
+        self._still_ink = upload([p for p in parts if p.body is None and p.ink is not None])
+        self._receiver = upload([p for p in parts if p.body is None and p.ink is None and p.receives_shadow])
+
+        self._plain = LensProgram("plain")
+        self._inked = LensProgram("inked", inked=True)
+        self._shaded = LensProgram("shadow")
+        self._frame = FrameBuffer(*image_size, supersampling)
+        self._kept: FrameBuffer | None = None
+        self._shadow: Shadow | None = None
+
+    def set_view(
+        self, lens: Lens, T_board_camera: Array, T_body_board: Array, light: Light, shadow: Shadow | None
+    ) -> None:
+        """Place the camera, the lamp and the (B, 4, 4) bodies, the first being the board frame itself, mm."""
+        self._shadow = shadow
+        light_in_body = np.einsum("bji,j->bi", T_body_board[:, :3, :3], light.direction)
+        for program in (self._plain, self._inked):
+            program.use()
+            program.set_lens(lens, self._size)
+            program.set_light(light.ambient, light.diffuse)
+            program.set_bodies(T_board_camera @ T_body_board, light_in_body)
+        if shadow is not None:
+            self._shaded.use()
+            self._shaded.set_lens(lens, self._size)
+            self._shaded.set_remaining(shadow.remaining)
+            self._shaded.set_bodies(T_board_camera @ shadow.T_flatten @ T_body_board, light_in_body)
+
+    def draw_whole(self) -> Image:
+        """Draw all parts: the samples of the whole picture."""
+        self._frame.bind()
+        self._start()
+        self._draw(self._plain, self._moving)
+        self._draw(self._inked, self._moving_ink)
+        self._draw_still()
+        self._cast(self._moving + self._still)
+        return self._frame.read(self._whole)
+
+    def draw_background(self) -> Image:
+        """Draw and keep the parts that stand still: the samples of the whole picture."""
+        if self._kept is None:
+            self._kept = FrameBuffer(*self._size, self.supersampling)
+        self._kept.bind()
+        self._start()
+        self._draw_still()
+        self._cast(self._still)
+        return self._kept.read(self._whole)
+
+    def draw_box(self, box: tuple[int, int, int, int]) -> Image:
+        """Draw the moving parts over the kept background: the samples of a box of pixels."""
+        if self._kept is None:
+            raise RuntimeError("draw_background comes before draw_box")
+        u0, v0, u1, v1 = box
+        s = self.supersampling
+        self._kept.copy_to(self._frame, Box(*box))
+        self._state()
+        GL.glEnable(GL.GL_SCISSOR_TEST)
+        GL.glScissor(u0 * s, v0 * s, (u1 - u0) * s, (v1 - v0) * s)
+        self._draw(self._plain, self._moving)
+        self._draw(self._inked, self._moving_ink)
+        self._cast(self._moving)
+        GL.glDisable(GL.GL_SCISSOR_TEST)
+        return self._frame.read(Box(*box))
+
+    def delete(self) -> None:
+        """Free all of it."""
+        for drawing in self._moving + self._moving_ink + self._still + self._still_ink + self._receiver:
+            drawing.delete()
+        for program in (self._plain, self._inked, self._shaded):
+            program.delete()
+        self._frame.delete()
+        if self._kept is not None:
+            self._kept.delete()
+
+    def _state(self) -> None:
+        GL.glEnable(GL.GL_DEPTH_TEST)
+        GL.glDepthFunc(GL.GL_LESS)
+        GL.glDepthMask(GL.GL_TRUE)
+        GL.glDisable(GL.GL_BLEND)
+        GL.glDisable(GL.GL_STENCIL_TEST)
+        GL.glDisable(GL.GL_SCISSOR_TEST)
+        GL.glDisable(GL.GL_DITHER)
+        GL.glEnable(GL.GL_CULL_FACE)
+        GL.glCullFace(GL.GL_BACK)
+        GL.glFrontFace(GL.GL_CW)  # the picture is drawn top row first, which mirrors it
+
+    def _start(self) -> None:
+        self._state()
+        GL.glClearColor(*self._clear, 1.0)
+        GL.glClear(GL.GL_COLOR_BUFFER_BIT | GL.GL_DEPTH_BUFFER_BIT | GL.GL_STENCIL_BUFFER_BIT)
+
+    def _draw(self, program: LensProgram, drawings: Sequence[Drawing]) -> None:
+        if drawings:
+            program.use()
+        for drawing in drawings:
+            drawing.draw()
+
+    def _draw_still(self) -> None:
+        self._draw(self._plain, self._still)
+        self._draw(self._inked, self._still_ink)
+        self._draw(self._plain, self._receiver)
+
+    def _cast(self, drawings: Sequence[Drawing]) -> None:
+        """Darken the receiver once where any of the drawings hides the lamp."""
+        if self._shadow is None:
+            return
+        GL.glDisable(GL.GL_CULL_FACE)
+        GL.glDepthMask(GL.GL_FALSE)
+        GL.glEnable(GL.GL_BLEND)
+        GL.glBlendFunc(GL.GL_ZERO, GL.GL_SRC_COLOR)
+        GL.glEnable(GL.GL_STENCIL_TEST)
+        GL.glStencilFunc(GL.GL_EQUAL, 0, 0xFF)
+        GL.glStencilOp(GL.GL_KEEP, GL.GL_KEEP, GL.GL_INCR)
+        self._draw(self._shaded, drawings)
+        self._state()
