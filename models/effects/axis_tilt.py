@@ -1,0 +1,80 @@
+"""A joint axis that is not square to the plane.
+
+What lies beyond the joint leaves the plane, towards the camera on one side and away from it on the other. The links
+beyond may be square to their tilted axis, or square to the plane at zero angle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.context import Context
+from models.effects.pixels import needs_camera
+from models.effects.predict import PointState
+from models.effects.registry import Effect, Parameter, Site, Stage
+
+Array = NDArray[np.float64]
+
+
+def term(context: Context, state: PointState, values: Array, site: Site) -> PointState:
+    """Points beyond a joint whose axis leans by (tilt_x, tilt_y) rad in the frame of the link before it."""
+    assert site.joint is not None
+    joint = site.joint - 1
+    before = np.ones(len(context), dtype=complex) if joint == 0 else state.directions[:, joint - 1]
+    lean = complex(values[1], -values[0]) * before  # where the normal of the links beyond points, in the plane
+    if values[2]:
+        zero = state.directions[:, joint] * np.conj(before) * np.exp(-1j * context.arm.zero_pose_rad[joint])
+        lean = lean * (1.0 - zero)
+    pivot = state.geometry.base_mm[0] + 1j * state.geometry.base_mm[1]
+    pivot = pivot + (state.geometry.links[:joint] * state.directions[:, :joint]).sum(axis=-1)
+    points = state.points_mm.copy()
+    for column, name in enumerate(context.markers):
+        beyond = len(context.arm.marker_names) if name == "e" else context.arm.marker_names.index(name)
+        if beyond <= joint:
+            continue
+        arm = points[:, column, 0] + 1j * points[:, column, 1] - pivot
+        along = (np.conj(lean) * arm).real
+        points[:, column, 2] -= along
+        points[:, column, 0] -= 0.5 * along * lean.real  # what the tilt foreshortens, to second order
+        points[:, column, 1] -= 0.5 * along * lean.imag
+    return PointState(points, state.directions, state.geometry)
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return (
+        Parameter("tilt_x_rad", (-0.3, 0.3), 0.03),
+        Parameter("tilt_y_rad", (-0.3, 0.3), 0.03),
+        Parameter("square_at_zero", (0.0, 1.0), 1.0, scanned=True),
+    )
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    return [] if around is not None else [np.array([0.0, 0.0, square]) for square in (0.0, 1.0)]
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="axis_tilt",
+    summary="a joint axis that is not square to the plane",
+    where="joint",
+    stage=Stage.POINTS,
+    parameters=_parameters,
+    term=term,
+    starts=_starts,
+    inject=inject,
+    confused_with=("camera_tilt", "lens_distortion"),
+    experiment="the camera moved to another place; this joint turned alone over its whole range",
+    applies=needs_camera,
+    plans=("camera_elsewhere", "full_sweep"),
+)

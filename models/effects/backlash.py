@@ -1,0 +1,87 @@
+"""Play at a joint: the link follows its horn only after the gap is taken up.
+
+The term is the play operator: the output is dragged along by whichever edge of the gap touches it, and rests inside it
+otherwise. Where gravity can shift the link inside its gap, the loaded edge carries it whatever side it came from.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.context import Context
+from models.effects.registry import Effect, Parameter, Site, Stage
+
+Array = NDArray[np.float64]
+
+
+def term(context: Context, q: Array, values: Array, site: Site) -> Array:
+    """Angles of the links behind a gap of `width_rad` at the site's joint."""
+    width, start_side, gravity_loaded = values
+    joint = _joint(site)
+    out = q.copy()
+    if gravity_loaded:
+        out[:, joint] += 0.5 * width * np.sign(context.declared_torque(q)[:, joint])
+    else:
+        out[:, joint] = play(q[:, joint], width, start_side)
+    return out
+
+
+def play(drive: Array, width: float, start_side: float) -> Array:
+    """Return the output (N,) of a gap of `width` driven along (N,); it begins `start_side` half gaps off centre."""
+    half = 0.5 * width
+    out = np.empty_like(drive)
+    state = drive[0] + start_side * half
+    for row, angle in enumerate(drive.tolist()):
+        state = min(max(state, angle - half), angle + half)
+        out[row] = state
+    return out
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return (
+        Parameter("width_rad", (0.0, 0.35), 0.03),
+        Parameter("start_side", (-1.0, 1.0), 1.0, scanned=True),
+        Parameter("gravity_loaded", (0.0, 1.0), 1.0, scanned=True),
+    )
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    if around is not None:
+        return []
+    # The first move drags the link along its trailing edge, unless it began elsewhere in the gap.
+    starts = [np.array([width, side, 0.0]) for width in (0.003, 0.01, 0.03) for side in (-1.0, 0.0, 1.0)]
+    if context.has_gravity:
+        starts.append(np.array([0.01, 0.0, 1.0]))
+    return starts
+
+
+def _joint(site: Site) -> int:
+    assert site.joint is not None
+    return site.joint - 1
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="backlash",
+    summary="play at a joint: the link follows only after the gap is taken up",
+    where="joint",
+    stage=Stage.JOINT,
+    parameters=_parameters,
+    term=term,
+    starts=_starts,
+    inject=inject,
+    confused_with=("hysteresis", "dead_band", "settling_lag"),
+    experiment="fine steps of this joint round a reversal, approached from both sides",
+    plans=("reversal",),
+)

@@ -1,0 +1,60 @@
+"""The camera creeps.
+
+The term is a steady creep along the recording's clock.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.camera_path import CameraPath
+from models.effects.context import Context
+from models.effects.pixels import needs_camera
+from models.effects.registry import Effect, Parameter, Site, Stage
+
+Array = NDArray[np.float64]
+
+
+def term(context: Context, path: CameraPath, values: Array, site: Site) -> CameraPath:
+    """Camera that has turned and shifted by `values` (6,) at the end."""
+    along = context.clock[:, None]
+    return path.turned(along * values[:3], along * values[3:6])
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return (
+        *(Parameter(f"rotation_{axis}_rad", (-0.3, 0.3), 0.02) for axis in "xyz"),
+        *(Parameter(f"translation_{axis}_mm", (-100.0, 100.0), 10.0) for axis in "xyz"),
+    )
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    return [] if around is not None else [np.zeros(6)]
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="camera_drift",
+    summary="the camera creeps",
+    where="camera",
+    stage=Stage.CAMERA,
+    parameters=_parameters,
+    term=term,
+    starts=_starts,
+    inject=inject,
+    confused_with=("camera_moved", "thermal_drift"),
+    experiment="one pose repeated now and then over a long time; marker A tells the camera from the arm",
+    applies=needs_camera,
+    plans=("repeat_pose",),
+)

@@ -1,0 +1,60 @@
+"""The camera was bumped at one sample."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.camera_path import CameraPath
+from models.effects.context import Context
+from models.effects.pixels import needs_camera
+from models.effects.registry import Effect, Parameter, Site, Stage
+from models.effects.scan import event_rows, since
+
+Array = NDArray[np.float64]
+
+
+def term(context: Context, path: CameraPath, values: Array, site: Site) -> CameraPath:
+    """Camera that is turned and shifted from `from_sample` on."""
+    after = since(context, values[6])[:, None]
+    return path.turned(after * values[:3], after * values[3:6])
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return (
+        *(Parameter(f"rotation_{axis}_rad", (-0.3, 0.3), 0.02) for axis in "xyz"),
+        *(Parameter(f"translation_{axis}_mm", (-100.0, 100.0), 10.0) for axis in "xyz"),
+        Parameter("from_sample", (1.0, float(len(context))), float(len(context)), scanned=True),
+    )
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    rows = event_rows(context, None if around is None else float(around[6]))
+    return [np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, row]) for row in rows]
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="camera_moved",
+    summary="the camera was bumped at one sample",
+    where="camera",
+    stage=Stage.CAMERA,
+    parameters=_parameters,
+    term=term,
+    starts=_starts,
+    inject=inject,
+    confused_with=("camera_drift", "joint_slip", "focal_length"),
+    experiment="the poses of the beginning once more; marker A, which never moves, tells the camera from the arm",
+    applies=needs_camera,
+    plans=("repeat_pose",),
+)

@@ -1,0 +1,56 @@
+"""Pictures paired with the wrong command, off by a constant number of rows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.context import Context
+from models.effects.registry import Effect, Parameter, Site, Stage
+
+Array = NDArray[np.float64]
+
+
+_FARTHEST_ROWS = 6
+
+
+def term(context: Context, q: Array, values: Array, site: Site) -> Array:
+    """Commands of `rows` poses earlier (later where negative)."""
+    source = np.clip(np.arange(len(q)) - round(float(values[0])), 0, len(q) - 1)
+    return q[source]
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return (Parameter("rows", (-float(_FARTHEST_ROWS), float(_FARTHEST_ROWS)), 3.0, scanned=True),)
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    if around is not None:
+        return []
+    return [np.array([float(rows)]) for rows in range(-_FARTHEST_ROWS, _FARTHEST_ROWS + 1) if rows]
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="command_shift",
+    summary="pictures paired with the wrong command",
+    where="arm",
+    stage=Stage.COMMAND,
+    parameters=_parameters,
+    term=term,
+    starts=_starts,
+    inject=inject,
+    confused_with=("settling_lag",),
+    experiment="single large steps between rests: which picture shows the step",
+    plans=("growing_steps",),
+)

@@ -1,0 +1,120 @@
+"""What a model term may know: the commands, their order and times, the arm and the camera; nothing that was measured."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.arm import Arm
+from models.camera import Camera
+from models.kinematics import complex_links
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+# Where a recording names no masses: a printed link with its hobby servo weighs about this much.
+TYPICAL_LINK_MASS_KG = 0.045
+TYPICAL_TIP_MASS_KG = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class Context:
+    """The known side of a recording.
+
+    Attributes:
+        arm, camera, plane_z_mm: as assumed.
+        markers: names of the markers that are seen, base first.
+        q_cmd: (N, n) commands, rad, in the order they happened.
+        time_s: (N,) seconds from the first pose, or None where time was not recorded.
+        trajectory: (N,) names.
+        payload_kg: (N,) declared mass at the tip.
+        temperature_c: (N,) or None.
+        links: (n,) complex link lengths of the calibrated arm, mm; the drawing's until it is calibrated.
+
+    """
+
+    arm: Arm
+    camera: Camera | None
+    plane_z_mm: float
+    markers: tuple[str, ...]
+    q_cmd: Array
+    time_s: Array | None
+    trajectory: NDArray[np.str_]
+    payload_kg: Array
+    temperature_c: Array | None
+    links: Complex
+
+    def __len__(self) -> int:
+        return len(self.q_cmd)
+
+    @cached_property
+    def clock(self) -> Array:
+        """(N,) progress through the recording, 0 to 1, by time where it is known and by order otherwise."""
+        ticks = np.arange(len(self), dtype=float) if self.time_s is None else self.time_s
+        span = ticks[-1] - ticks[0]
+        return (ticks - ticks[0]) / span if span > 0 else np.linspace(0.0, 1.0, len(self))
+
+    @cached_property
+    def elapsed_s(self) -> Array:
+        """(N,) seconds since the first pose; one a pose where time was not recorded."""
+        ticks = np.arange(len(self), dtype=float) if self.time_s is None else self.time_s - self.time_s[0]
+        return ticks if ticks[-1] > 0 else np.arange(len(self), dtype=float)
+
+    @cached_property
+    def relative_waits(self) -> Array:
+        """(N,) time since the previous pose over its median; ones where time was not recorded."""
+        waits = np.diff(self.elapsed_s, prepend=self.elapsed_s[0])
+        middle = np.median(waits[1:]) if len(waits) > 1 else 0.0
+        if self.time_s is None or middle <= 0:
+            return np.ones(len(self))
+        return np.clip(waits / middle, 0.05, 20.0)
+
+    @cached_property
+    def has_gravity(self) -> bool:
+        """Whether gravity pulls in the arm's plane."""
+        return bool(np.linalg.norm(self.arm.gravity_m_s2) > 1e-3)
+
+    @cached_property
+    def masses_kg(self) -> tuple[Array, float]:
+        """(n,) link masses and the tip's mass, typical ones where the recording names none."""
+        links = self.arm.link_masses_kg
+        tip = self.arm.tip_mass_kg
+        return (
+            np.full(self.arm.n_joints, TYPICAL_LINK_MASS_KG) if links is None else links,
+            TYPICAL_TIP_MASS_KG if tip is None else tip,
+        )
+
+    def directions(self, q: Array) -> Complex:
+        """(N, n) unit complex direction of each link for (N, n) joint angles."""
+        out: Complex = np.exp(1j * np.cumsum(q + self.arm.zero_pose_rad, axis=-1))
+        return out
+
+    def gravity_torque(self, q: Array, link_masses_kg: Array, tip_mass_kg: Array) -> Array:
+        """(N, n) torque of gravity about each joint, N m, counter-clockwise positive.
+
+        Links carry their mass at their middle; `tip_mass_kg` is (N,) or a scalar.
+        """
+        spans = self.links * self.directions(q) * 1e-3  # mm to m: torques are SI
+        g = complex(*self.arm.gravity_m_s2)
+        # First moments of all that lies beyond each joint, summed from the tip inwards.
+        beyond = np.broadcast_to(np.asarray(tip_mass_kg, dtype=float), spans.shape[:1])
+        moment = np.zeros(spans.shape[0], dtype=complex)
+        torque = np.empty(spans.shape)
+        for joint in range(spans.shape[1] - 1, -1, -1):
+            moment = moment + spans[:, joint] * (beyond + 0.5 * link_masses_kg[joint])
+            beyond = beyond + link_masses_kg[joint]
+            torque[:, joint] = (np.conj(moment) * g).imag
+        return torque
+
+    def declared_torque(self, q: Array) -> Array:
+        """(N, n) torque of gravity by the declared masses and payload, N m."""
+        links, tip = self.masses_kg
+        return self.gravity_torque(q, links, tip + self.payload_kg)
+
+
+def nominal_links(arm: Arm) -> Complex:
+    """(n,) complex link lengths of the drawing, mm."""
+    return complex_links(arm)

@@ -1,0 +1,69 @@
+"""The servo ignores a command change smaller than a threshold and stays where it was."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.context import Context
+from models.effects.registry import Effect, Parameter, Site, Stage
+from models.effects.scan import steps_around
+
+Array = NDArray[np.float64]
+
+
+def term(context: Context, q: Array, values: Array, site: Site) -> Array:
+    """Angles of a servo that moves only when the command leaves it by at least `threshold_rad`."""
+    threshold = float(values[0])
+    assert site.joint is not None
+    joint = site.joint - 1
+    out = q.copy()
+    held = float(q[0, joint])
+    for row, angle in enumerate(q[:, joint].tolist()):
+        if abs(angle - held) >= threshold:
+            held = angle
+        out[row, joint] = held
+    return out
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return (Parameter("threshold_rad", (0.0, 0.2), 0.03, scanned=True),)
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    assert site.joint is not None
+    if around is not None:
+        return [np.array([value]) for value in steps_around(float(around[0]), 1.12, 25)]
+    moves = np.abs(np.diff(context.q_cmd[:, site.joint - 1]))
+    moves = moves[moves > 0]
+    if not len(moves):
+        return []
+    # Below the smallest move nothing is ignored; beyond 0.2 rad no servo is usable.
+    smallest = max(float(moves.min()), 1e-4)
+    return [np.array([value]) for value in np.geomspace(smallest, 0.2, 40)] if smallest < 0.2 else []
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="dead_band",
+    summary="the servo ignores a command change smaller than a threshold",
+    where="joint",
+    stage=Stage.SERVO,
+    parameters=_parameters,
+    term=term,
+    starts=_starts,
+    inject=inject,
+    confused_with=("backlash", "quantization", "missed_command"),
+    experiment="steps of this joint that grow from far below to far above the threshold, in both directions",
+    plans=("reversal", "growing_steps"),
+)

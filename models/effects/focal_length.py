@@ -1,0 +1,64 @@
+"""The focal length is off, or autofocus changed it.
+
+For all of a recording it is nearly a scale of the plane, which longer links explain too; only distortion and tilt of the
+camera tell. A change during the recording shows at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.camera_path import CameraPath
+from models.effects.context import Context
+from models.effects.pixels import needs_camera
+from models.effects.registry import Effect, Parameter, Site, Stage
+from models.effects.scan import event_rows, since
+
+Array = NDArray[np.float64]
+
+
+def term(context: Context, path: CameraPath, values: Array, site: Site) -> CameraPath:
+    """Camera with its focal length times `scale` from `from_sample` on."""
+    return path.zoomed(1.0 + (values[0] - 1.0) * since(context, values[1]))
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return (
+        Parameter("scale", (0.7, 1.4), 0.03, off=1.0),
+        Parameter("from_sample", (0.0, float(len(context))), float(len(context)), scanned=True),
+    )
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    if around is not None and around[1] == 0.0:
+        return []
+    rows = event_rows(context, None if around is None else float(around[1]))
+    return [np.array([1.0, row]) for row in ([0.0, *rows] if around is None else rows)]
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="focal_length",
+    summary="the focal length is off, or autofocus changed it",
+    where="camera",
+    stage=Stage.CAMERA,
+    parameters=_parameters,
+    term=term,
+    starts=_starts,
+    inject=inject,
+    confused_with=("plane_offset", "camera_moved", "lens_distortion"),
+    experiment="a gauge of known length laid in the arm's plane; the board photographed once more",
+    applies=needs_camera,
+    plans=("gauge_in_plane", "camera_elsewhere"),
+)

@@ -1,0 +1,66 @@
+"""A joint gives under the torque of gravity.
+
+The term is linear elasticity at each joint, solved at the sagged pose by two fixed-point steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.context import Context
+from models.effects.registry import Effect, Parameter, Site, Stage
+
+Array = NDArray[np.float64]
+
+
+_BOUNDS_RAD_PER_NM = (0.0, 3.0)
+
+
+def term(context: Context, q: Array, values: Array, site: Site) -> Array:
+    """Angles that give by compliance times torque, `values` (n,) rad/(N m)."""
+    sagged = q + values * context.declared_torque(q)
+    out: Array = q + values * context.declared_torque(sagged)
+    return out
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return tuple(
+        Parameter(f"compliance{joint + 1}_rad_per_nm", _BOUNDS_RAD_PER_NM, 0.3) for joint in range(context.arm.n_joints)
+    )
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    return [] if around is not None else [np.full(context.arm.n_joints, 0.02)]
+
+
+def needs_gravity(context: Context, site: Site) -> str | None:
+    """Say why an effect of weight cannot show in this recording, or None."""
+    return None if context.has_gravity else "gravity has no part in the arm's plane"
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="gravity_sag",
+    summary="a joint gives under the torque of gravity",
+    where="arm",
+    stage=Stage.JOINT,
+    parameters=_parameters,
+    term=term,
+    starts=_starts,
+    inject=inject,
+    confused_with=("payload", "link_bending", "servo_nonlinearity"),
+    experiment="the arm turned against gravity, and a known mass at the tip",
+    applies=needs_gravity,
+    plans=("stretched_and_folded", "known_payload"),
+)

@@ -1,0 +1,58 @@
+"""A horn that slips: a zero that jumps at one sample."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.context import Context
+from models.effects.registry import Effect, Parameter, Site, Stage
+from models.effects.scan import event_rows, since
+
+Array = NDArray[np.float64]
+
+
+def term(context: Context, q: Array, values: Array, site: Site) -> Array:
+    """Angles whose zero jumps by `jump_rad` at `from_sample`."""
+    jump, from_sample = values
+    assert site.joint is not None
+    out = q.copy()
+    out[:, site.joint - 1] += jump * since(context, from_sample)
+    return out
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return (
+        Parameter("jump_rad", (-0.5, 0.5), 0.05),
+        Parameter("from_sample", (1.0, float(len(context))), float(len(context)), scanned=True),
+    )
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    return [np.array([0.0, row]) for row in event_rows(context, None if around is None else float(around[1]))]
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="joint_slip",
+    summary="a horn that slips: a zero that jumps at one sample",
+    where="joint",
+    stage=Stage.JOINT,
+    parameters=_parameters,
+    term=term,
+    starts=_starts,
+    inject=inject,
+    confused_with=("thermal_drift", "camera_moved"),
+    experiment="the poses of the beginning once more",
+    plans=("repeat_pose",),
+)

@@ -1,0 +1,64 @@
+"""Two markers taken for each other in some frames: each is found where the other is expected."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.context import Context
+from models.effects.registry import Effect, Parameter, Site, Stage, View
+
+Array = NDArray[np.float64]
+
+# Both must miss their own place by this many standard deviations, and meet the other's within a part of that distance.
+_MISSES = 10.0
+_PART = 0.2
+
+
+def find(context: Context, view: View) -> list[tuple[Site, Array]]:
+    """Return for each pair of markers (named at the first) the other's index and the rows at which they are swapped."""
+    found: list[tuple[Site, Array]] = []
+    for first, second in combinations(range(len(context.markers)), 2):
+        a, b = view.observed[:, first], view.observed[:, second]
+        p, q = view.predicted[:, first], view.predicted[:, second]
+        own = np.minimum(view.misfit(a, p), view.misfit(b, q))
+        crossed = np.maximum(view.misfit(a, q), view.misfit(b, p))
+        rows = np.flatnonzero((own > _MISSES) & (crossed < _PART * own))
+        if len(rows):
+            found.append((Site(marker=context.markers[first]), np.array([second, *rows], dtype=float)))
+    return found
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return ()
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    return []
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="marker_swap",
+    summary="two markers taken for each other in some frames",
+    where="marker",
+    stage=Stage.OBSERVATION,
+    parameters=_parameters,
+    term=None,
+    starts=_starts,
+    inject=inject,
+    confused_with=("outliers",),
+    experiment="the frames in question looked at again",
+    find=find,
+)

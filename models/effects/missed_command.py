@@ -1,0 +1,77 @@
+"""Single poses at which the arm stayed where it was.
+
+A pose was missed where all that is seen agrees with the pose before it and nothing with its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.context import Context
+from models.effects.registry import Effect, Parameter, Site, Stage, View
+
+Array = NDArray[np.float64]
+
+# What is seen must miss its own pose by this many standard deviations, and meet the one before within the other.
+_MISSES = 8.0
+_MEETS = 4.0
+
+
+def term(context: Context, q: Array, values: Array, site: Site) -> Array:
+    """Commands of which those at the rows `values` never reached the arm."""
+    out = q.copy()
+    for row in values.astype(int):
+        out[row] = out[row - 1]
+    return out
+
+
+def find(context: Context, view: View) -> list[tuple[Site, Array]]:
+    """Return the rows that agree with the last executed pose and not with their own."""
+    rows: list[int] = []
+    last = 0
+    for row in range(1, len(view.observed)):
+        own = view.misfit(view.observed[row], view.predicted[row])
+        before = view.misfit(view.observed[row], view.predicted[last])
+        # A marker that both poses put in the same place says nothing.
+        telling = np.isfinite(own) & (view.misfit(view.predicted[row], view.predicted[last]) > _MISSES)
+        if telling.any() and own[telling].min() > _MISSES and before[telling].max() < _MEETS:
+            rows.append(row)
+        else:
+            last = row
+    return [(Site(), np.array(rows, dtype=float))] if rows else []
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return ()
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    return []
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="missed_command",
+    summary="single poses at which the arm stayed where it was",
+    where="arm",
+    stage=Stage.COMMAND,
+    parameters=_parameters,
+    term=term,
+    starts=_starts,
+    inject=inject,
+    confused_with=("outliers", "dead_band"),
+    experiment="the missed poses commanded once more",
+    plans=("growing_steps",),
+    find=find,
+)

@@ -1,0 +1,68 @@
+"""Gross detection errors: single markers found far from where they are, in single frames."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.context import Context
+from models.effects.registry import Effect, Parameter, Site, Stage, View
+
+Array = NDArray[np.float64]
+
+# Of Gaussian noise one point in 10^15 lies farther out; a gross error is also alone in its frame or in time.
+_GROSS = 8.0
+_CALM = 4.0
+
+
+def find(context: Context, view: View) -> list[tuple[Site, Array]]:
+    """Return (row, marker) pairs, flattened, of points that are far off while their surroundings are calm."""
+    misfit = view.misfit(view.observed, view.predicted)
+    rows = [
+        (row, column) for row, column in np.argwhere(misfit > _GROSS) if _calm_around(misfit, int(row), int(column))
+    ]
+    return [(Site(), np.array(rows, dtype=float).ravel())] if rows else []
+
+
+def _calm_around(misfit: Array, row: int, column: int) -> bool:
+    """Whether the same marker is where it should be just before and after, and most others in the same frame."""
+    same = misfit[max(0, row - 2) : row + 3, column].copy()
+    same[min(row, 2)] = np.nan
+    others = np.delete(misfit[row], column)
+    calm_in_time = np.nanmedian(same) < _CALM if np.isfinite(same).any() else True
+    calm_in_frame = np.nanmedian(others) < _CALM if np.isfinite(others).any() else True
+    return bool(calm_in_time and calm_in_frame)
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return ()
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    return []
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="outliers",
+    summary="gross detection errors",
+    where="arm",
+    stage=Stage.OBSERVATION,
+    parameters=_parameters,
+    term=None,
+    starts=_starts,
+    inject=inject,
+    confused_with=("marker_swap", "missed_command"),
+    experiment="the frames in question looked at again",
+    find=find,
+)

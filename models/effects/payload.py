@@ -1,0 +1,73 @@
+"""An undeclared mass at the tip, for all of the recording or from some sample on.
+
+It shows by the compliance of the joints, which is fitted along; only where declared weights load the same joints can
+mass and compliance be told apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.context import Context
+from models.effects.gravity_sag import needs_gravity
+from models.effects.registry import Effect, Parameter, Site, Stage
+from models.effects.scan import event_rows, since
+
+Array = NDArray[np.float64]
+
+
+def term(context: Context, q: Array, values: Array, site: Site) -> Array:
+    """Angles of compliant joints that carry `mass_kg` more at the tip from `from_sample` on."""
+    mass, from_sample = values[0], values[1]
+    compliance = values[2:]
+    links, tip = context.masses_kg
+    carried = tip + context.payload_kg + mass * since(context, from_sample)
+    sagged = q + compliance * context.gravity_torque(q, links, carried)
+    out: Array = q + compliance * context.gravity_torque(sagged, links, carried)
+    return out
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return (
+        Parameter("mass_kg", (0.0, 2.0), 0.2),
+        Parameter("from_sample", (0.0, float(len(context))), float(len(context)), scanned=True),
+        *(Parameter(f"compliance{joint + 1}_rad_per_nm", (0.0, 3.0), 0.3) for joint in range(context.arm.n_joints)),
+    )
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    n = context.arm.n_joints
+    if around is not None and around[1] == 0.0:
+        return []
+    rows = event_rows(context, None if around is None else float(around[1]))
+    if around is None:
+        rows = [0.0, *rows]
+    return [np.array([0.1, row, *np.full(n, 0.03)]) for row in rows]
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="payload",
+    summary="an undeclared mass at the tip",
+    where="arm",
+    stage=Stage.JOINT,
+    parameters=_parameters,
+    term=term,
+    starts=_starts,
+    inject=inject,
+    confused_with=("gravity_sag", "link_bending"),
+    experiment="the same poses with and without a known mass at the tip",
+    applies=needs_gravity,
+    plans=("known_payload",),
+)

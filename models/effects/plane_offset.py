@@ -1,0 +1,61 @@
+"""The arm's plane is not at the assumed distance.
+
+Seen from one camera this scales the whole plane about the foot of the camera, as longer links and a moved base do: no
+data of one plane can tell. It is therefore part of the gauge of the geometry and never named as a cause.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.camera_path import CameraPath
+from models.effects.context import Context
+from models.effects.registry import Effect, Parameter, Site, Stage
+
+Array = NDArray[np.float64]
+
+
+def term(context: Context, path: CameraPath, values: Array, site: Site) -> CameraPath:
+    """Camera that sees the plane `offset_mm` farther along the board's z axis."""
+    assert context.camera is not None
+    return path.turned(np.zeros((1, 3)), values[0] * context.camera.R_board_camera[:, 2][None, :])
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return (Parameter("offset_mm", (-100.0, 100.0), 10.0),)
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    return [] if around is not None else [np.zeros(1)]
+
+
+def _applies(context: Context, site: Site) -> str | None:
+    return "a scale of all lengths and the base together looks the same in one plane"
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="plane_offset",
+    summary="the arm's plane is not at the assumed distance",
+    where="camera",
+    stage=Stage.CAMERA,
+    parameters=_parameters,
+    term=term,
+    starts=_starts,
+    inject=inject,
+    confused_with=("focal_length",),
+    experiment="a gauge of known length laid in the arm's plane, or one link measured with a calliper",
+    applies=_applies,
+    plans=("gauge_in_plane",),
+)

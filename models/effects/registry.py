@@ -1,0 +1,190 @@
+"""What an effect is: parameters, model term, physical injector, what it is taken for and what tells it apart.
+
+A prediction passes through the stages in this order; within a stage effects act in the order of `Stage`:
+
+    commands --COMMAND--> what the servo receives --SERVO--> horn angles --JOINT--> link angles
+             --> points of the markers --POINTS--> seen through --CAMERA--> pixels, maybe mis-detected --OBSERVATION-->
+
+The model term explains an effect; the injector (`inject`) makes it in the simulated bench by physical means. The two
+share no formula, so that recovering an injected effect proves something.
+"""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import pkgutil
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import IntEnum
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.context import Context
+from models.errors import InputError, nearest
+
+Array = NDArray[np.float64]
+Where = Literal["joint", "link", "marker", "arm", "camera"]
+
+
+class Stage(IntEnum):
+    """Where along the prediction an effect acts."""
+
+    COMMAND = 0
+    SERVO = 1
+    JOINT = 2
+    POINTS = 3
+    CAMERA = 4
+    OBSERVATION = 5
+
+
+@dataclass(frozen=True)
+class Site:
+    """Where an effect sits: a joint, link or axis number counted from 1, a marker's name, or neither."""
+
+    joint: int | None = None
+    marker: str | None = None
+
+    def __str__(self) -> str:
+        if self.joint is not None:
+            return f"joint {self.joint}"
+        return f"marker {self.marker.upper()}" if self.marker else "whole arm"
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of an effect.
+
+    Attributes:
+        name: with its unit, as it stands in every file.
+        bounds: what is physically possible.
+        prior_std: the physical prior's standard deviation about `off`, in the parameter's unit.
+        off: the value at which the effect vanishes.
+        scanned: the prediction is no smooth function of it, so it is found by a scan, not by a gradient.
+
+    """
+
+    name: str
+    bounds: tuple[float, float]
+    prior_std: float
+    off: float = 0.0
+    scanned: bool = False
+
+
+# Model terms by stage: (context, input of the stage, parameter values, site) -> output of the stage.
+Term = Callable[[Context, Any, Array, Site], Any]
+# Finds single samples: (context, view of the residuals) -> sites with the values of what was found there.
+Find = Callable[[Context, "View"], list[tuple["Site", Array]]]
+# Starting values of the parameters, scanned ones on a grid; `around` narrows the scan about an earlier best.
+Starts = Callable[[Context, Site, Array | None], Iterable[Array]]
+
+
+@dataclass(frozen=True, eq=False)
+class View:
+    """Observed and predicted channels (N, M, d) (pixels of markers, or measured angles), NaN where not seen.
+
+    `scale` is the robust standard deviation of what the present model leaves.
+    """
+
+    observed: Array
+    predicted: Array
+    scale: float
+
+    def misfit(self, observed: Array, predicted: Array) -> Array:
+        """(...,) length of the residual in units of `scale`, NaN where not seen."""
+        out: Array = np.linalg.norm(observed - predicted, axis=-1) / self.scale
+        return out
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One cause of error.
+
+    Attributes:
+        name: its name in every file (design of the diagnosis).
+        summary: one line for people.
+        where: what it sits at.
+        stage: where along the prediction its term acts.
+        parameters: of its term, for a site.
+        term: the estimator's explanation; None for an effect that is repaired in the observations instead.
+        starts: values from which the fit begins.
+        inject: makes the effect in a `World`, physically.
+        confused_with: effects that some poses cannot tell from it.
+        experiment: the poses that tell it apart, in words.
+        applies: why it cannot be looked for in this recording, or None.
+        plans: names of the experiments that the designer may propose for it.
+        physical: turns the term's values into the injector's parameters, where they are not the same by name.
+        find: for an effect of single samples, which is found in the residuals instead of fitted.
+
+    """
+
+    name: str
+    summary: str
+    where: Where
+    stage: Stage
+    parameters: Callable[[Context, Site], tuple[Parameter, ...]]
+    term: Term | None
+    starts: Starts
+    inject: Callable[..., Any]
+    confused_with: tuple[str, ...]
+    experiment: str
+    applies: Callable[[Context, Site], str | None] = field(default=lambda context, site: None)
+    plans: tuple[str, ...] = ()
+    physical: Callable[[Array], dict[str, float]] | None = None
+    find: Find | None = None
+
+    def sites(self, context: Context) -> list[Site]:
+        """List the sites at which this effect may sit in a recording."""
+        if self.where in ("joint", "link"):
+            return [Site(joint=joint + 1) for joint in range(context.arm.n_joints)]
+        if self.where == "marker":
+            return [Site(marker=name) for name in context.markers]
+        return [Site()]
+
+
+_LOADED: dict[str, Effect] = {}
+
+
+def catalogue() -> Mapping[str, Effect]:
+    """Return every registered effect by name: one module of this package each, and those added by `register`."""
+    if not _LOADED:
+        package = importlib.import_module("models.effects")
+        for module in pkgutil.iter_modules(package.__path__):
+            effect = getattr(importlib.import_module(f"models.effects.{module.name}"), "EFFECT", None)
+            if isinstance(effect, Effect):
+                _LOADED[effect.name] = effect
+    return _LOADED
+
+
+def effect_named(name: str) -> Effect:
+    """Return an effect; raises `InputError` with the nearest valid name."""
+    known = catalogue()
+    if name not in known:
+        raise InputError(f"unknown effect '{name}'{nearest(name, known)}")
+    return known[name]
+
+
+def register(effect: Effect) -> None:
+    """Add an effect from outside the package; raises `InputError` where the name is taken."""
+    if effect.name in catalogue():
+        raise InputError(f"effect '{effect.name}' is registered already; choose another name")
+    _LOADED[effect.name] = effect
+
+
+def register_file(path: Path) -> Effect:
+    """Load a Python file that defines `EFFECT` and register it. The file is run: load only what you trust."""
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; an effect is a Python file that defines EFFECT")
+    spec = importlib.util.spec_from_file_location(f"armtwin_effect_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise InputError(f"{path}: not a Python file; an effect is a Python file that defines EFFECT")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    effect = getattr(module, "EFFECT", None)
+    if not isinstance(effect, Effect):
+        raise InputError(f"{path}: defines no EFFECT of type models.effects.registry.Effect")
+    register(effect)
+    return effect

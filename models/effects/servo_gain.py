@@ -1,0 +1,53 @@
+"""The servo turns a wrong fraction of what is commanded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.context import Context
+from models.effects.registry import Effect, Parameter, Site, Stage
+
+Array = NDArray[np.float64]
+
+
+def term(context: Context, q: Array, values: Array, site: Site) -> Array:
+    """Angles of a servo that turns `gain` times its command."""
+    assert site.joint is not None
+    out = q.copy()
+    out[:, site.joint - 1] *= values[0]
+    return out
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return (Parameter("gain", (0.5, 1.5), 0.05, off=1.0),)
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    return [] if around is not None else [np.array([1.0])]
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="servo_gain",
+    summary="the servo turns a wrong fraction of what is commanded",
+    where="joint",
+    stage=Stage.SERVO,
+    parameters=_parameters,
+    term=term,
+    starts=_starts,
+    inject=inject,
+    confused_with=("servo_nonlinearity",),
+    experiment="this joint swept over its whole range",
+    plans=("full_sweep",),
+)

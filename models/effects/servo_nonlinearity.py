@@ -1,0 +1,77 @@
+"""A smooth or periodic error over a joint's angle.
+
+The term is one harmonic of the commanded angle with free frequency; low frequencies stand for smooth errors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.effects.context import Context
+from models.effects.registry import Effect, Parameter, Site, Stage
+
+Array = NDArray[np.float64]
+
+
+# Errors of less than one cycle over the range of a hobby servo are smooth; gears repeat up to some thirty times.
+_CYCLES = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0, 18.0, 22.0, 26.0, 30.0, 36.0)
+
+
+def term(context: Context, q: Array, values: Array, site: Site) -> Array:
+    """Angles with an error of sine and cosine of `cycles_per_turn` times the joint's angle."""
+    sine, cosine, cycles = values
+    assert site.joint is not None
+    joint = site.joint - 1
+    out = q.copy()
+    out[:, joint] += sine * np.sin(cycles * q[:, joint]) + cosine * np.cos(cycles * q[:, joint])
+    return out
+
+
+def physical(values: Array) -> dict[str, float]:
+    """Return amplitude, frequency and phase, as the simulated bench takes them."""
+    sine, cosine, cycles = values
+    return {
+        "amplitude_rad": float(np.hypot(sine, cosine)),
+        "cycles_per_turn": float(cycles),
+        "phase_rad": float(np.arctan2(cosine, sine)),
+    }
+
+
+def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    return (
+        Parameter("sine_rad", (-0.2, 0.2), 0.03),
+        Parameter("cosine_rad", (-0.2, 0.2), 0.03),
+        Parameter("cycles_per_turn", (0.5, 60.0), 30.0, off=1.0),
+    )
+
+
+def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    return [] if around is not None else [np.array([0.0, 0.0, cycles]) for cycles in _CYCLES]
+
+
+# --- how the simulated bench makes it ---
+
+
+def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
+    """To be written by the physics engineer."""
+    raise NotImplementedError
+
+
+EFFECT = Effect(
+    name="servo_nonlinearity",
+    summary="a smooth or periodic error over a joint's angle",
+    where="joint",
+    stage=Stage.SERVO,
+    parameters=_parameters,
+    term=term,
+    starts=_starts,
+    inject=inject,
+    confused_with=("servo_gain", "quantization", "gravity_sag"),
+    experiment="this joint swept over its whole range in fine steps",
+    plans=("full_sweep", "fine_ramp"),
+    physical=physical,
+)
