@@ -78,7 +78,9 @@ def write_camera(path: Path, camera: Camera, name: str = "camera", comment: str 
     """
     if path.suffix not in (".yaml", ".yml"):
         raise InputError(f"{path}: found the suffix {path.suffix!r}, wanted .yaml (ROS camera_info) or .yml (OpenCV)")
-    lines = [f"# {line}".rstrip() for line in comment.splitlines()]
+    # YAML refuses control characters even in comments, and file names, which comments quote, may hold any.
+    plain = ("".join(c if c.isprintable() else "?" for c in line) for line in comment.splitlines())
+    lines = [f"# {line}".rstrip() for line in plain]
     body = _ros_lines(camera, name) if path.suffix == ".yaml" else _opencv_lines(camera, name)
     head = [] if path.suffix == ".yaml" else [_OPENCV_HEAD, "---"]
     write_text(path, "\n".join(head + lines + body) + "\n")
@@ -110,7 +112,7 @@ def _opencv_lines(camera: Camera, name: str) -> list[str]:
 
 def _head(camera: Camera, name: str) -> list[str]:
     # YAML's own quoting: a name may hold a colon or a line break.
-    quoted = yaml.safe_dump(name, default_style='"', width=float("inf"), allow_unicode=True).strip()
+    quoted = yaml.safe_dump(name, default_style='"', width=float("inf")).strip()
     return [
         f"image_width: {int(camera.image_width)}",
         f"image_height: {int(camera.image_height)}",

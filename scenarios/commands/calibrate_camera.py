@@ -151,8 +151,8 @@ def _too_few(views: list[Corners], grays: dict[str, Gray], board: Board) -> str:
         )
     unseen = sorted(set(grays) - {view.name for view in views})
     advice = (
-        f"not in {', '.join(unseen[:3])}{', …' if len(unseen) > 3 else ''}: show the whole board with its white margin, "
-        "sharp and evenly lit, and check --board (inner corners)"
+        f"not in {', '.join(unseen[:3])}{', …' if len(unseen) > 3 else ''}: show the whole board with its white "
+        "margin, sharp and evenly lit, and check --board (inner corners)"
         if unseen
         else "photograph the board from more sides"
     )
