@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar, get_args
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
@@ -103,11 +103,14 @@ def check(model: type[Model], data: object, file: str) -> Model:
 
 
 def _one_line(model: type[BaseModel], error: ValidationError, file: str) -> str:
-    first = error.errors(include_url=False)[0]
-    key = ".".join(str(part) for part in first["loc"])
+    # A misspelt key is also a missing one: the misspelling is what helps.
+    errors = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
+    first = errors[0]
+    keys, tables = _walk(model, first["loc"])
+    key = ".".join(keys)
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     if first["type"] == "extra_forbidden":
-        hint = nearest(str(first["loc"][-1]), _keys_at(model, first["loc"][:-1]))
+        hint = nearest(keys[-1], {field.alias or name for t in tables for name, field in t.model_fields.items()})
         return f"{file}: unknown key '{key}'{hint}{more}"
     if first["type"] == "missing":
         return f"{file}: key '{key}' is missing{more}"
@@ -116,16 +119,32 @@ def _one_line(model: type[BaseModel], error: ValidationError, file: str) -> str:
     return f"{file}: {f'{key}: ' if key else ''}{message}{found}{more}"
 
 
-def _keys_at(model: type[BaseModel], location: tuple[int | str, ...]) -> list[str]:
-    """List the valid keys of the table that `location` leads to."""
-    current: Any = model
-    for part in location:
-        field = getattr(current, "model_fields", {}).get(part)
-        if field is None:
-            continue
-        arguments = [field.annotation, *getattr(field.annotation, "__args__", ())]
-        current = next((a for a in arguments if isinstance(a, type) and issubclass(a, BaseModel)), current)
-    return [field.alias or name for name, field in current.model_fields.items()]
+def _walk(model: type[BaseModel], location: tuple[int | str, ...]) -> tuple[list[str], list[type[BaseModel]]]:
+    """Return the keys as they stand in the file, and the tables that the last of them may stand in.
+
+    Pydantic's location also holds the tag of a table that is one of several kinds; the file does not.
+    """
+    keys: list[str] = []
+    tables: list[type[BaseModel]] = [model]
+    for number, part in enumerate(location):
+        last = number == len(location) - 1
+        fields = {name: field for t in tables for n, field in t.model_fields.items() for name in (n, field.alias)}
+        tagged = [t for t in tables if any(part in get_args(f.annotation) for f in t.model_fields.values())]
+        if part in fields:
+            keys.append(str(part))
+            tables = tables if last else _tables_in(fields[part].annotation)
+        elif tagged and not last:
+            tables = tagged
+        else:
+            keys.append(str(part))
+    return keys, tables
+
+
+def _tables_in(annotation: Any) -> list[type[BaseModel]]:
+    """List the tables that a field's type mentions: of a list, a dictionary, a choice of several."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [table for argument in get_args(annotation) for table in _tables_in(argument)]
 
 
 def _short(value: object) -> str:
