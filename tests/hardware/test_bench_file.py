@@ -1,0 +1,111 @@
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import tomli_w
+
+from hardware.bench_file import BenchSetup, read_bench
+from models.camera import Camera
+from models.camera_files import nominal_camera, write_camera
+from models.errors import InputError
+
+Write = Callable[[dict[str, Any]], Path]
+
+
+def refusal(path: Path) -> str:
+    with pytest.raises(InputError) as caught:
+        read_bench(path)
+    message = str(caught.value)
+    assert "\n" not in message
+    return message
+
+
+def test_reads_joints_camera_and_defaults(setup: BenchSetup):
+    assert setup.port == "/dev/ttyACM0"
+    assert setup.arm.name == "planar3"
+    assert setup.camera.image_width == 1280
+    np.testing.assert_allclose(setup.servo_map.us_per_rad, [636.62, -636.62, 600.0])
+    np.testing.assert_allclose(setup.limits.min_rad, [-1.2, -1.2, -1.4])
+    np.testing.assert_allclose(setup.rest_rad, 0.0)
+
+
+def test_unknown_key_is_named_with_the_nearest(bench_table: dict[str, Any], write_bench: Write):
+    bench_table["joints"][1]["zero_uz"] = 1500.0
+
+    message = refusal(write_bench(bench_table))
+
+    assert "bench.toml" in message
+    assert "joints.1.zero_uz" in message
+    assert "'zero_us'" in message
+
+
+def test_limit_outside_the_servos_range_is_refused(bench_table: dict[str, Any], write_bench: Write):
+    bench_table["joints"][0]["max_rad"] = 1.7
+
+    message = refusal(write_bench(bench_table))
+
+    assert "joints.0" in message
+    assert "max_rad 1.7 lies outside the servo's range, -1.5708 to 1.5708 rad" in message
+
+
+def test_narrower_servo_narrows_what_limits_are_taken(bench_table: dict[str, Any], write_bench: Write):
+    bench_table["joints"][0] |= {"min_us": 1000.0, "max_us": 2000.0}
+
+    assert "min_rad -1.2 lies outside" in refusal(write_bench(bench_table))
+
+
+def test_pulses_beyond_the_firmwares_are_refused(bench_table: dict[str, Any], write_bench: Write):
+    bench_table["joints"][0]["max_us"] = 2600.0
+
+    assert "joints.0.max_us" in refusal(write_bench(bench_table))
+
+
+def test_two_joints_on_one_servo_are_refused(bench_table: dict[str, Any], write_bench: Write):
+    bench_table["joints"][0]["servo"] = 2
+
+    assert "found servos [2, 2, 3]" in refusal(write_bench(bench_table))
+
+
+def test_rest_pose_outside_the_limits_is_refused(bench_table: dict[str, Any], write_bench: Write):
+    bench_table["motion"] = {"rest_rad": [0.0, 1.3, 0.0]}
+
+    assert "rest_rad of joint 2 is 1.3, outside its limits" in refusal(write_bench(bench_table))
+
+
+def test_a_number_that_is_none_is_refused(bench_table: dict[str, Any], write_bench: Write):
+    bench_table["joints"][0]["max_rad"] = float("nan")
+
+    assert "joints.0.max_rad" in refusal(write_bench(bench_table))
+
+
+def test_camera_file_outside_the_folder_is_refused(bench_table: dict[str, Any], write_bench: Write):
+    bench_table["camera"]["calibration"] = "../camera.yaml"
+
+    assert "camera.calibration: '../camera.yaml' leaves the bench file's folder" in refusal(write_bench(bench_table))
+
+
+def test_missing_camera_file_is_named(bench_table: dict[str, Any], write_bench: Write):
+    bench_table["camera"]["calibration"] = "webcam.yaml"
+
+    assert "no file 'webcam.yaml'" in refusal(write_bench(bench_table))
+
+
+def test_camera_without_the_boards_pose_is_refused(bench_table: dict[str, Any], tmp_path: Path):
+    known = nominal_camera()
+    write_camera(tmp_path / "camera.yaml", Camera(1280, 720, known.K, known.D, np.eye(3), np.zeros(3)))
+    (tmp_path / "bench.toml").write_bytes(tomli_w.dumps(bench_table).encode())
+
+    assert "no pose of the board" in refusal(tmp_path / "bench.toml")
+
+
+@pytest.mark.parametrize("content", [b"schema = ", b"\xff\xfe", b"joints = 3"])
+def test_what_is_no_bench_file_is_refused_in_one_line(tmp_path: Path, content: bytes):
+    (tmp_path / "bench.toml").write_bytes(content)
+
+    assert "bench.toml" in refusal(tmp_path / "bench.toml")
+
+
+def test_missing_bench_file_is_named(tmp_path: Path):
+    assert "none.toml" in refusal(tmp_path / "none.toml")

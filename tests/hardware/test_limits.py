@@ -1,0 +1,51 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hardware.limits import JointLimits, steps_between
+from models.errors import InputError
+from models.plan import Plan
+
+LIMITS = JointLimits(np.array([-1.0, -1.0, -1.0]), np.array([1.0, 1.0, 0.5]), 0.3)
+
+
+def plan_of(rows: list[list[float]]) -> Plan:
+    return Plan(np.full(len(rows), "t"), np.array(rows), np.zeros(len(rows)))
+
+
+def test_a_pose_on_the_limit_is_allowed():
+    LIMITS.check_pose(np.array([1.0, -1.0, 0.5]), "pose")
+
+
+def test_a_pose_beyond_a_limit_names_joint_angle_and_limits():
+    with pytest.raises(InputError, match=r"pose: joint 3 at 0.6000 rad \(34.4 deg\) is outside .* -1.0000 to 0.5000"):
+        LIMITS.check_pose(np.array([0.0, 0.0, 0.6]), "pose")
+
+
+def test_an_angle_that_is_no_number_is_refused():
+    with pytest.raises(InputError, match="joint 2"):
+        LIMITS.check_pose(np.array([0.0, np.nan, 0.0]), "pose")
+
+
+def test_a_plan_is_refused_at_the_line_of_its_first_bad_pose():
+    with pytest.raises(InputError, match=r"poses.csv: line 4 \(t\): joint 1"):
+        LIMITS.check_plan(plan_of([[0.9, 0, 0], [1.0, 0, 0], [1.1, 0, 0], [2.0, 0, 0]]), "poses.csv")
+
+
+def test_a_plan_with_too_long_a_step_is_refused():
+    with pytest.raises(
+        InputError, match=r"poses.csv: line 3 .*joint 2 turns 0.4000 rad in one step, 0.3000 is allowed"
+    ):
+        LIMITS.check_plan(plan_of([[0, 0, 0], [0, 0.4, 0]]), "poses.csv")
+
+
+angles = st.lists(st.floats(-1, 1), min_size=3, max_size=3).map(np.array)
+
+
+@given(angles, angles)
+def test_steps_between_end_at_the_goal_and_none_is_too_long(q_from: np.ndarray, q_to: np.ndarray):
+    poses = np.vstack([q_from, steps_between(q_from, q_to, 0.3)])
+
+    np.testing.assert_array_equal(poses[-1], q_to)
+    assert np.abs(np.diff(poses, axis=0)).max() <= 0.3 + 1e-9

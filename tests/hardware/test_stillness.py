@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+
+from hardware.stillness import StillnessWatch, difference, noise_level, to_grey
+
+FRAME_S = 0.04
+
+
+def greys(scene, angles: list[float]) -> list[np.ndarray]:
+    frames = []
+    for angle in angles:
+        scene.angle_rad = angle
+        frames.append(to_grey(scene.picture()))
+    return frames
+
+
+def rests_at(watch: StillnessWatch, frames: list[np.ndarray]) -> int | None:
+    return next((i for i, frame in enumerate(frames) if watch.feed(frame, i * FRAME_S)), None)
+
+
+@pytest.fixture
+def noise(scene) -> float:
+    return noise_level(greys(scene, [0.0] * 12))
+
+
+def test_a_fifth_of_a_pixel_at_the_tip_is_told_from_noise(scene, noise: float):
+    still, same, moved = greys(scene, [0.0, 0.0, 0.2 / 144])  # the bar is 144 px long
+    threshold = StillnessWatch(noise, 0.1, 0.0).threshold
+
+    assert difference(still, same) < threshold < difference(still, moved)
+
+
+def test_a_still_arm_rests_after_the_time_asked_for(scene, noise: float):
+    watch = StillnessWatch(noise, 0.12, 0.0)
+
+    assert rests_at(watch, greys(scene, [0.0] * 10)) == 3  # 0.12 s are three frames of 0.04 s
+
+
+def test_a_swinging_arm_does_not_rest(scene, noise: float):
+    swing = [0.02 * np.sin(1.3 * i) for i in range(40)]
+
+    assert rests_at(StillnessWatch(noise, 0.12, 0.0), greys(scene, swing)) is None
+
+
+def test_a_decaying_swing_rests_when_it_is_within_the_noise(scene, noise: float):
+    swing = [0.05 * np.exp(-i / 5) * np.sin(1.3 * i) for i in range(60)]
+
+    index = rests_at(StillnessWatch(noise, 0.12, 0.0), greys(scene, swing))
+
+    assert index is not None
+    assert 0.05 * np.exp(-(index - 3) / 5) * 144 < 0.5  # px at the tip
+
+
+def test_a_slow_creep_is_no_rest_although_neighbours_look_alike(scene, noise: float):
+    watch = StillnessWatch(noise, 0.4, 0.0)
+    creep = [0.2 / 144 * i for i in range(40)]  # 0.2 px a frame, 2 px in the time asked for
+
+    assert rests_at(watch, greys(scene, creep)) is None
+
+
+def test_rest_is_not_declared_before_the_commanded_motion_ends(scene, noise: float):
+    watch = StillnessWatch(noise, 0.12, earliest_s=0.5)
+
+    index = rests_at(watch, greys(scene, [0.0] * 30))
+
+    assert index is not None
+    assert index * FRAME_S >= 0.5
+
+
+def test_old_pictures_of_a_late_stream_are_no_rest(scene, noise: float):
+    """A second of the old pose still comes out of the stream after the command; then the motion, then the new pose."""
+    late = [0.0] * 25 + list(np.linspace(0, 0.3, 6)) + [0.3] * 10
+    frames = greys(scene, [0.0, *late])
+
+    index = rests_at(StillnessWatch(noise, 0.12, 0.0, reference=frames[0], onset_by_s=2.0), frames[1:])
+
+    assert index is not None
+    assert index >= 30
+
+
+def test_an_arm_that_does_not_move_at_all_rests_once_the_onset_is_overdue(scene, noise: float):
+    frames = greys(scene, [0.0] * 40)
+
+    index = rests_at(StillnessWatch(noise, 0.12, 0.0, reference=frames[0], onset_by_s=1.0), frames)
+
+    assert index == 25
