@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 
 Grey = NDArray[np.uint8]
 
-# Noise averages out over a block while a sticker's edge, 0.05 px of motion, still moves its mean by about a grey level.
+# Noise averages out over a block, in which a contrasting edge that moves by a third of a pixel stands out.
 BLOCK_PX = 16
-# Above the loudest pair of still frames: half as much again, and a third of a grey level against rounding.
-_NOISE_MARGIN = 1.5
-_ROUNDING_LEVELS = 0.3
+# Above the loudest pair of a dozen still frames: a louder one is rare then, and only costs another frame.
+_NOISE_MARGIN = 1.15
+_ROUNDING_LEVELS = 0.1
 MIN_FRAMES = 3
 
 

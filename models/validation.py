@@ -129,7 +129,12 @@ def _walk(model: type[BaseModel], location: tuple[int | str, ...]) -> tuple[list
     for number, part in enumerate(location):
         last = number == len(location) - 1
         fields = {name: field for t in tables for n, field in t.model_fields.items() for name in (n, field.alias)}
-        tagged = [t for t in tables if any(part in get_args(f.annotation) for f in t.model_fields.values())]
+        # A tag is a word; a number counts the rows of a list.
+        tagged = [
+            t
+            for t in tables
+            if isinstance(part, str) and any(part in get_args(f.annotation) for f in t.model_fields.values())
+        ]
         if part in fields:
             keys.append(str(part))
             tables = tables if last else _tables_in(fields[part].annotation)

@@ -23,8 +23,8 @@ def noise(scene) -> float:
     return noise_level(greys(scene, [0.0] * 12))
 
 
-def test_a_fifth_of_a_pixel_at_the_tip_is_told_from_noise(scene, noise: float):
-    still, same, moved = greys(scene, [0.0, 0.0, 0.2 / 144])  # the bar is 144 px long
+def test_a_third_of_a_pixel_at_the_tip_is_told_from_noise(scene, noise: float):
+    still, same, moved = greys(scene, [0.0, 0.0, 0.33 / 144])  # the bar is 144 px long
     threshold = StillnessWatch(noise, 0.1, 0.0).threshold
 
     assert difference(still, same) < threshold < difference(still, moved)
