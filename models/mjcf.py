@@ -3,17 +3,19 @@
 World frame: the robot frame in metres, origin at marker A, x right, y up, z towards the camera. Names, with i from 1:
 
     body link{i}    turns on joint{i}; its x axis runs along the link
+    body mid{i}     only where link i may bend: its middle piece
     body end{i}     rides rigidly at the far end of link i and carries its marker and what follows
     joint{i}        the servo's output shaft, turned by actuator servo{i}
     site marker_m   centre of sticker m: `a` on the base, the next one at the end of each link (planar3 has `e` too)
 
 Whatever is to give, play or lag at joint i is a further hinge of body link{i} on the same axis (a series element);
-whatever is to bend along link i is a hinge of body end{i} with its anchor on the link.
+whatever is to bend along link i are hinges of its bodies mid{i} and end{i}, at `BEND_AT` along it.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 import mujoco
 import numpy as np
@@ -29,8 +31,8 @@ Array = NDArray[np.float64]
 
 # The servo's loop answers in five of these steps and nothing else moves faster; half of it changes no resting angle.
 TIMESTEP_S = 0.004
-# Answer time of the servo's loop: one period of the command pulses.
-LOOP_TIME_S = 0.020
+# Springs beyond the servo are damped to answer in this time, as fast as the servo's loop itself.
+SPRING_TIME_S = 0.020
 # Bodies without weight of their own (link ends) need some for MuJoCo; a sticker's.
 _STICKER_KG = 1e-6
 _STICKER_INERTIA_KG_M2 = 1e-9
@@ -41,6 +43,10 @@ SOLIMP = [0.9999, 0.9999, 0.001, 0.5, 2.0]
 # How far beyond the heaviest pose a servo must be able to hold (TowerPro's sheet gives no holding torque).
 _TORQUE_RESERVE = 3.0
 
+# Two hinges at Gauss's points of a link deflect and turn its end exactly as a bent beam does, for end loads and for
+# its own even weight (the moments times the lever arms are polynomials of degree 3 along it).
+BEND_AT = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
+
 _LINK_RGBA = [0.12, 0.12, 0.13, 1.0]
 _SERVO_RGBA = [0.05, 0.05, 0.06, 1.0]
 _STICKER_RGBA = [0.85, 0.08, 0.08, 1.0]
@@ -49,28 +55,42 @@ _LINK_HALF_WIDTH_M = 0.0075
 _LINK_HALF_DEPTH_M = 0.006
 
 
-def build_arm(arm: Arm, servo: Servo, deviation: Deviation | None = None) -> mujoco.MjSpec:
-    """Return the spec of `arm` with its lengths and joint zeros deviated; compile it with `spec.compile()`."""
+def build_arm(
+    arm: Arm, servo: Servo, deviation: Deviation | None = None, bendable: Collection[int] = ()
+) -> mujoco.MjSpec:
+    """Return the spec of `arm` with its lengths and joint zeros deviated; compile it with `spec.compile()`.
+
+    Links whose number is in `bendable` are cut in three pieces, still rigidly joined.
+    """
     spec = _empty_spec(arm)
     links = complex_links(arm, deviation) * M_PER_MM
     zeros = arm.zero_pose_rad + (0.0 if deviation is None else deviation.joints_rad)
     masses = link_masses_kg(arm)
     torque = _torque_limit_nm(arm, servo)
     _add_marker(spec.worldbody, arm.marker_names[0], [0.0, 0.0, 0.0])
-    parent, at = spec.worldbody, np.zeros(3)
+    parent = spec.worldbody
     for i, link in enumerate(links):
-        body = parent.add_body(name=f"link{i + 1}", pos=at, quat=_turn_about_z(zeros[i]))
+        body = parent.add_body(name=f"link{i + 1}", quat=_turn_about_z(zeros[i]))
         at = np.array([link.real, link.imag, 0.0])
-        _give_rod_mass(body, masses[i], at)
         _add_servo(spec, body, i + 1, servo, torque, _reach_inertia(links, masses, tip_mass_kg(arm), i))
         _draw_link(body, at)
-        end = body.add_body(name=f"end{i + 1}", pos=at)
         last = i == len(links) - 1
-        _give_point_mass(end, tip_mass_kg(arm) if last else 0.0)
+        tip = tip_mass_kg(arm) if last else 0.0
+        if i + 1 in bendable:
+            near, far = BEND_AT
+            _give_rod_mass(body, masses[i] * near, 0.0 * at, near * at)
+            middle = body.add_body(name=f"mid{i + 1}", pos=near * at)
+            _give_rod_mass(middle, masses[i] * (far - near), 0.0 * at, (far - near) * at)
+            end = middle.add_body(name=f"end{i + 1}", pos=(1.0 - near) * at)
+            _give_rod_mass(end, masses[i] * (1.0 - far), (far - 1.0) * at, 0.0 * at, tip)
+        else:
+            _give_rod_mass(body, masses[i], 0.0 * at, at)
+            end = body.add_body(name=f"end{i + 1}", pos=at)
+            _give_rod_mass(end, 0.0, 0.0 * at, 0.0 * at, tip)
         _add_marker(end, arm.marker_names[i + 1], [0.0, 0.0, 0.0])
         if last and arm.is_planar3:
             _add_marker(body, "e", [link.real, 0.0, 0.0])
-        parent, at = end, np.zeros(3)
+        parent = end
     return spec
 
 
@@ -96,6 +116,44 @@ def add_series_hinge(spec: mujoco.MjSpec, joint: int, name: str) -> mujoco.MjsJo
     return hinge
 
 
+def add_spring(spec: mujoco.MjSpec, joint: int, name: str, compliance_rad_per_nm: float) -> mujoco.MjsJoint:
+    """Add to link `joint` (from 1) a damped torsion spring in series with its servo."""
+    hinge = add_series_hinge(spec, joint, name)
+    hinge.stiffness = 1.0 / compliance_rad_per_nm
+    hinge.damping = SPRING_TIME_S / compliance_rad_per_nm
+    return hinge
+
+
+def ride_on_link(spec: mujoco.MjSpec, marker: str, number: int) -> None:
+    """Let sticker `marker`, which sits at the root of link `number`, ride on that link instead of the one before."""
+    for old, add in (
+        (spec.site(f"marker_{marker}"), spec.body(f"link{number}").add_site),
+        (spec.geom(f"sticker_{marker}"), spec.body(f"link{number}").add_geom),
+    ):
+        kept = {name: getattr(old, name) for name in ("name", "type", "pos", "size", "rgba")}
+        spec.delete(old)
+        new = add(**kept)
+        if isinstance(new, mujoco.MjsGeom):
+            new.contype, new.conaffinity = 0, 0
+
+
+def add_tip_mass(model: mujoco.MjModel, body: int, mass_kg: float) -> None:
+    """Add a point mass to a compiled `body`, and to the subtrees that it belongs to."""
+    model.body_mass[body] += mass_kg
+    while body > 0:
+        model.body_subtreemass[body] += mass_kg
+        body = int(model.body_parentid[body])
+    model.body_subtreemass[0] += mass_kg
+
+
+def heaviest_torque_nm(arm: Arm, joint: int = 1) -> float:
+    """Torque of gravity about `joint` (from 1) with the arm stretched out square to it."""
+    links, masses = np.abs(complex_links(arm))[joint - 1 :] * M_PER_MM, link_masses_kg(arm)[joint - 1 :]
+    ends = np.cumsum(links)
+    moment = float(masses @ (ends - links / 2) + tip_mass_kg(arm) * ends[-1])
+    return moment * float(np.hypot(*arm.gravity_m_s2))
+
+
 def _empty_spec(arm: Arm) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.modelname = arm.name
@@ -111,20 +169,17 @@ def _turn_about_z(angle: float) -> list[float]:
     return [math.cos(angle / 2), 0.0, 0.0, math.sin(angle / 2)]
 
 
-def _give_rod_mass(body: mujoco.MjsBody, mass: float, end: Array) -> None:
-    """Spread `mass` evenly from the joint to `end` (the third link's straight line from C to F)."""
-    length = float(np.hypot(end[0], end[1]))
-    across = mass * length**2 / 12 + _STICKER_INERTIA_KG_M2
+def _give_rod_mass(body: mujoco.MjsBody, mass: float, start: Array, end: Array, end_mass: float = 0.0) -> None:
+    """Spread `mass` evenly from `start` to `end` (body axes, m) and put a point `end_mass` at `end`."""
+    total = max(mass + end_mass, _STICKER_KG)
+    centre = ((start + end) / 2 * mass + end * end_mass) / total
+    length2 = float((end - start) @ (end - start))
+    apart = mass * end_mass / total * length2 / 4  # parallel axes: the rod's middle and the point mass
+    across = mass * length2 / 12 + apart + _STICKER_INERTIA_KG_M2
     body.explicitinertial = True
-    body.mass = max(mass, _STICKER_KG)
-    body.ipos = end / 2
+    body.mass = total
+    body.ipos = centre
     body.inertia = [across, across, across]
-
-
-def _give_point_mass(body: mujoco.MjsBody, mass: float) -> None:
-    body.explicitinertial = True
-    body.mass = max(mass, _STICKER_KG)
-    body.inertia = [_STICKER_INERTIA_KG_M2] * 3
 
 
 def _add_servo(
@@ -139,7 +194,7 @@ def _add_servo(
     )
     stiffness = servo.stiffness_nm_rad
     # At least critically damped: an overshoot would be remembered by play and friction.
-    damping = max(stiffness * LOOP_TIME_S, 2.0 * math.sqrt(stiffness * inertia_kg_m2))
+    damping = max(stiffness * servo.loop_time_s, 2.0 * math.sqrt(stiffness * inertia_kg_m2))
     actuator = spec.add_actuator(
         name=f"servo{number}", target=f"joint{number}", trntype=mujoco.mjtTrn.mjTRN_JOINT, forcelimited=True
     )
@@ -160,10 +215,7 @@ def _reach_inertia(links: NDArray[np.complex128], masses: Array, tip: float, fir
 
 def _torque_limit_nm(arm: Arm, servo: Servo) -> float:
     """Stall torque; an arm that a recording shows standing but this servo could not lift has a stronger one."""
-    links, masses = np.abs(complex_links(arm)) * M_PER_MM, link_masses_kg(arm)
-    ends = np.cumsum(links)
-    moment = float(masses @ (ends - links / 2) + tip_mass_kg(arm) * ends[-1])
-    return max(servo.stall_torque_nm, _TORQUE_RESERVE * moment * float(np.hypot(*arm.gravity_m_s2)))
+    return max(servo.stall_torque_nm, _TORQUE_RESERVE * heaviest_torque_nm(arm))
 
 
 def _add_marker(body: mujoco.MjsBody, name: str, pos: list[float]) -> None:

@@ -81,9 +81,11 @@ class World:
         events: what happens to the arm on the way.
         camera_motion: what moves the true camera.
         detections: what detection does to the pixels.
-        capture_after_s: the picture is taken this long after the command; None: when the arm has come to rest.
+        capture_after_s: the picture is taken this long after the command, and the next command follows at once; None:
+            when the arm has come to rest.
         picture_lag: the picture filed with pose i shows the arm at pose i - picture_lag.
-        relieved: hinges whose static load from the arm's own mass is carried by something else (a trim, a balance).
+        bendable: numbers of the links that are cut so that they may bend.
+        relieved: hinges at which the static load of the arm's own mass is carried by something else (a balance).
 
     """
 
@@ -101,6 +103,7 @@ class World:
     detections: tuple[Detection, ...] = ()
     capture_after_s: float | None = None
     picture_lag: int = 0
+    bendable: tuple[int, ...] = ()
     relieved: tuple[str, ...] = ()
 
     def with_electronics(self, factory: Callable[[], Electronics]) -> World:
@@ -132,7 +135,7 @@ class World:
 
     def compile(self) -> mujoco.MjModel:
         """Compile the true arm, with everything that was done to it."""
-        spec = build_arm(self.arm, self.servo, self.deviation)
+        spec = build_arm(self.arm, self.servo, self.deviation, self.bendable)
         for mechanism in self.mechanics:
             mechanism(spec)
         return spec.compile()

@@ -9,13 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from models.effects.context import Context
 from models.effects.pixels import needs_camera
 from models.effects.predict import PointState
 from models.effects.registry import Effect, Parameter, Site, Stage
+from models.world import World, joint_index
 
 Array = NDArray[np.float64]
 
@@ -59,9 +62,26 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Mount the servo of `joint` askew: its axis is turned by `tilt_x_rad`, `tilt_y_rad` about axes of its mount.
+
+    The mount is the base (the robot's axes) or the link before it (x along that link). With `square_at_zero` 1 (the
+    default) the link lies in the plane at joint angle zero; with 0 it is square to its tilted axis.
+    """
+    number = joint_index(world, joint) + 1
+    square_at_zero = round(float(parameters.get("square_at_zero", 1.0))) == 1
+    tilt = Rotation.from_rotvec([float(parameters["tilt_x_rad"]), float(parameters["tilt_y_rad"]), 0.0])
+
+    def mechanism(spec: mujoco.MjSpec) -> None:
+        body = spec.body(f"link{number}")
+        if not square_at_zero:
+            body.quat = (tilt * Rotation.from_quat(body.quat, scalar_first=True)).as_quat(scalar_first=True)
+            return
+        seat = Rotation.from_quat(body.quat, scalar_first=True)  # link axes in mount axes at joint angle zero
+        for hinge in body.joints:
+            hinge.axis = seat.apply(tilt.apply(seat.apply(hinge.axis)), inverse=True)
+
+    return world.with_mechanism(mechanism)
 
 
 EFFECT = Effect(

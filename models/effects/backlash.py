@@ -9,11 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage
+from models.mjcf import SOLIMP, SOLREF, add_series_hinge, heaviest_torque_nm
+from models.world import World, joint_index
 
 Array = NDArray[np.float64]
 
@@ -67,9 +70,36 @@ def _joint(site: Site) -> int:
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+# A tight printed bearing: what it holds beyond the arm's own weight.
+_BEARING_RESERVE = 1.5
+_BEARING_FRICTION_NM = 0.05
+
+
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Put a hinge that turns freely between two stops behind the servo of `joint`.
+
+    `width_rad` is the whole gap. The link's bearing drags on the frame with `friction_nm`, by default more than the
+    arm's weight, so that the link stays where it was pushed. With less (`gravity_loaded` 1: none), gravity lays it
+    against the loaded side.
+    """
+    number = joint_index(world, joint) + 1
+    width = float(parameters["width_rad"])
+    holding = _BEARING_FRICTION_NM + _BEARING_RESERVE * heaviest_torque_nm(world.arm, number)
+    loose = bool(parameters.get("gravity_loaded", 0.0))
+    friction = float(parameters.get("friction_nm", 0.0 if loose else holding))
+
+    def mechanism(spec: mujoco.MjSpec) -> None:
+        gap = add_series_hinge(spec, number, f"gap{number}")
+        gap.limited = True
+        gap.range = [-width / 2, width / 2]
+        bearing = spec.add_tendon(name=f"bearing{number}")  # its length is the link's angle against the frame
+        bearing.wrap_joint(f"joint{number}", 1.0)
+        bearing.wrap_joint(f"gap{number}", 1.0)
+        bearing.frictionloss = friction
+        bearing.solref_friction = SOLREF
+        bearing.solimp_friction = SOLIMP
+
+    return world.with_mechanism(mechanism)
 
 
 EFFECT = Effect(

@@ -5,16 +5,20 @@ The term is a steady creep along the recording's clock.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
+from models.camera import Camera
 from models.effects.camera_path import CameraPath
 from models.effects.context import Context
 from models.effects.pixels import needs_camera
 from models.effects.registry import Effect, Parameter, Site, Stage
+from models.world import Moment, World
 
 Array = NDArray[np.float64]
 
@@ -39,9 +43,24 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+# A plastic clamp creeps as a damper behind a spring does: it would settle in about two recordings.
+_CLAMP_TIME = 2.0
+
+
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Let the camera's clamp creep from the first picture on.
+
+    `rotation_x_rad`, ... and `translation_x_mm`, ... are what it has come to at the last picture, in the camera's
+    axes as for a bump; a missing one is 0.
+    """
+    turn = np.array([float(parameters.get(f"rotation_{axis}_rad", 0.0)) for axis in "xyz"])
+    shift = np.array([float(parameters.get(f"translation_{axis}_mm", 0.0)) for axis in "xyz"])
+
+    def creep(camera: Camera, moment: Moment) -> Camera:
+        share = math.expm1(-moment.progress / _CLAMP_TIME) / math.expm1(-1.0 / _CLAMP_TIME)
+        return camera.moved(Rotation.from_rotvec(share * turn).as_matrix(), share * shift)
+
+    return world.with_camera_motion(creep)
 
 
 EFFECT = Effect(

@@ -7,12 +7,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
+from models.camera import Camera
 from models.effects.camera_path import CameraPath
 from models.effects.context import Context
 from models.effects.pixels import needs_camera
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.effects.scan import event_rows, since
+from models.world import Moment, World
 
 Array = NDArray[np.float64]
 
@@ -39,9 +42,20 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Move the camera just before sample `from_sample`, and leave it there.
+
+    `rotation_x_rad`, ... turn the scene about the camera's axes, `translation_x_mm`, ... then shift it along them;
+    a missing one is 0.
+    """
+    start = int(parameters["from_sample"])
+    turn = Rotation.from_rotvec([float(parameters.get(f"rotation_{axis}_rad", 0.0)) for axis in "xyz"]).as_matrix()
+    shift = np.array([float(parameters.get(f"translation_{axis}_mm", 0.0)) for axis in "xyz"])
+
+    def bump(camera: Camera, moment: Moment) -> Camera:
+        return camera.moved(turn, shift) if moment.sample >= start else camera
+
+    return world.with_camera_motion(bump)
 
 
 EFFECT = Effect(

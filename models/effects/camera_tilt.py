@@ -7,15 +7,18 @@ turns about the camera's x and y axes.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from models.effects.camera_path import CameraPath
 from models.effects.context import Context
 from models.effects.pixels import needs_camera
 from models.effects.registry import Effect, Parameter, Site, Stage
+from models.world import World
 
 Array = NDArray[np.float64]
 
@@ -36,9 +39,14 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Turn the camera about its own centre, after it was calibrated, by a rotation vector in its axes.
+
+    `tilt_x_rad`, `tilt_y_rad`, `tilt_z_rad`; a missing one is 0.
+    """
+    tilt = [float(parameters.get(f"tilt_{axis}_rad", 0.0)) for axis in "xyz"]
+    turned = world.true_camera.moved(Rotation.from_rotvec(tilt).as_matrix(), np.zeros(3))
+    return replace(world, true_camera=turned)
 
 
 EFFECT = Effect(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage
+from models.world import World
 
 Array = NDArray[np.float64]
 
@@ -36,9 +38,12 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Let the camera's buffer hand out stale pictures: row i is filed with the picture of pose i - `rows`.
+
+    Negative rows file later pictures. At the ends, where there is no such pose, the nearest one is filed.
+    """
+    return replace(world, picture_lag=world.picture_lag + int(parameters["rows"]))
 
 
 EFFECT = Effect(

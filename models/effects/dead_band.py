@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.effects.scan import steps_around
+from models.world import Command, Electronics, World, joint_index
 
 Array = NDArray[np.float64]
 
@@ -49,9 +50,28 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Give the servo of `joint` a control board that leaves the motor off for changes below `threshold_rad`.
+
+    The board compares the pulse with the angle it holds; once it drives, it drives all the way.
+    """
+    index = joint_index(world, joint)
+    threshold = float(parameters["threshold_rad"])
+
+    def board() -> Electronics:
+        held: float | None = None  # switched on by the first pulse
+
+        def receive(command: Command) -> NDArray[np.float64]:
+            nonlocal held
+            if held is None or abs(command.q[index] - held) >= threshold:
+                held = float(command.q[index])
+            q = command.q.copy()
+            q[index] = held
+            return q
+
+        return receive
+
+    return world.with_electronics(board)
 
 
 EFFECT = Effect(

@@ -1,22 +1,25 @@
 """The focal length is off, or autofocus changed it.
 
-For all of a recording it is nearly a scale of the plane, which longer links explain too; only distortion and tilt of the
-camera tell. A change during the recording shows at once.
+For all of a recording it is nearly a scale of the plane, which longer links explain too; only distortion and tilt of
+the camera tell. A change during the recording shows at once.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from models.camera import Camera
 from models.effects.camera_path import CameraPath
 from models.effects.context import Context
 from models.effects.pixels import needs_camera
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.effects.scan import event_rows, since
+from models.world import Moment, World
 
 Array = NDArray[np.float64]
 
@@ -43,9 +46,18 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Move the lens so that the picture is `scale` times as large, from sample `from_sample` on (0: always)."""
+    scale, start = float(parameters["scale"]), int(parameters.get("from_sample", 0))
+
+    def focus(camera: Camera, moment: Moment) -> Camera:
+        if moment.sample < start:
+            return camera
+        K = camera.K.copy()
+        K[:2, :2] *= scale
+        return replace(camera, K=K)
+
+    return world.with_camera_motion(focus)
 
 
 EFFECT = Effect(

@@ -8,11 +8,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage
+from models.mjcf import add_spring
+from models.world import World
 
 Array = NDArray[np.float64]
 
@@ -45,9 +48,20 @@ def needs_gravity(context: Context, site: Site) -> str | None:
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Put a torsion spring between each servo and its link: gear teeth, horn and bracket that give.
+
+    `compliance1_rad_per_nm`, `compliance2_rad_per_nm`, ...: one a joint; a joint without one is stiff.
+    """
+    numbers = range(1, world.arm.n_joints + 1)
+    compliances = {n: float(parameters.get(f"compliance{n}_rad_per_nm", 0.0)) for n in numbers}
+
+    def mechanism(spec: mujoco.MjSpec) -> None:
+        for number, compliance in compliances.items():
+            if compliance > 0:
+                add_spring(spec, number, f"sag{number}", compliance)
+
+    return world.with_mechanism(mechanism)
 
 
 EFFECT = Effect(

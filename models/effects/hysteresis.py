@@ -9,11 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage
+from models.errors import InputError
+from models.mjcf import SPRING_TIME_S, add_series_hinge
+from models.world import World, joint_index
 
 Array = NDArray[np.float64]
 
@@ -54,9 +58,53 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+# Friction of the bearing when all of its bristles slide; only its ratio to the drive's stiffness shows.
+_SLIDING_FRICTION_NM = 0.2
+# Share of the sliding friction that holds when the bristles yield one after another.
+_BRISTLE_SHARES = np.array([0.25, 0.5, 0.7, 0.85, 0.95, 1.0])
+
+
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Drive link `joint` through a spring against a bearing whose bristles stick and yield one after another.
+
+    Maxwell-slip friction: springs in parallel, each with a yield point. When all of them slide the link lags by
+    `lag_rad`; after a reversal the lag has changed by 1 - 1/e of its swing once `length_rad` was commanded. The arm's
+    own weight is balanced at the spring: only friction bends it. Raises `InputError` where the length is too short
+    for the lag (the link would have to jump).
+    """
+    number = joint_index(world, joint) + 1
+    lag, length = float(parameters["lag_rad"]), float(parameters["length_rad"])
+    drive = _SLIDING_FRICTION_NM / lag
+    stiffness, travel = _physical_bristles(lag, length)
+
+    def mechanism(spec: mujoco.MjSpec) -> None:
+        hinge = add_series_hinge(spec, number, f"lag{number}")
+        hinge.stiffness = drive
+        hinge.damping = SPRING_TIME_S * drive
+        for k, (spring, give) in enumerate(zip(stiffness, travel, strict=True)):
+            bristle = spec.add_tendon(name=f"bristle{number}_{k}")  # its length is the link's angle against the frame
+            bristle.wrap_joint(f"joint{number}", 1.0)
+            bristle.wrap_joint(f"lag{number}", 1.0)
+            bristle.stiffness[0] = spring
+            bristle.springlength = [0.0, 0.0]
+            bristle.springyield = give
+
+    return world.with_mechanism(mechanism, relieved=(f"lag{number}",))
+
+
+def _physical_bristles(lag: float, length: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Stiffness, N m/rad, and yield, rad, of each bristle so that friction grows as wanted over the link's travel.
+
+    First loading follows 1 - exp(-2 u / length) of the command u (by Masing's rule a reversal then takes twice that
+    travel), up to 95 % of it, where it closes; the link travels u less its lag.
+    """
+    share = np.concatenate([[0.0], _BRISTLE_SHARES])
+    commanded = -length / 2 * np.log1p(-np.minimum(share, 0.98))
+    travel = commanded - lag * share
+    if np.any(np.diff(travel) <= 0):
+        raise InputError(f"hysteresis: length_rad {length:g} is too short for lag_rad {lag:g}; at least 2.5 times it")
+    slope = np.append(_SLIDING_FRICTION_NM * np.diff(share) / np.diff(travel), 0.0)
+    return slope[:-1] - slope[1:], travel[1:]
 
 
 EFFECT = Effect(

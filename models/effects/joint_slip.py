@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.effects.scan import event_rows, since
+from models.world import Event, World, joint_index
 
 Array = NDArray[np.float64]
 
@@ -38,9 +40,18 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Turn link `joint` on its horn by `jump_rad`, about the axis, just before sample `from_sample`."""
+    number = joint_index(world, joint) + 1
+    jump, start = float(parameters["jump_rad"]), int(parameters["from_sample"])
+
+    def slip(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        link, turn, seat = model.body(f"link{number}"), np.zeros(4), np.zeros(4)
+        mujoco.mju_axisAngle2Quat(turn, model.joint(f"joint{number}").axis, jump)
+        mujoco.mju_mulQuat(seat, link.quat, turn)
+        link.quat = seat
+
+    return world.with_event(Event(start, slip))
 
 
 EFFECT = Effect(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from models.effects.camera_path import CameraPath
 from models.effects.context import Context
 from models.effects.pixels import needs_camera
 from models.effects.registry import Effect, Parameter, Site, Stage
+from models.world import World
 
 Array = NDArray[np.float64]
 
@@ -36,9 +38,10 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Put another lens on the camera: changes of `k1`, `k2`, `p1`, `p2`, `k3`; a missing one is 0."""
+    change = np.array([float(parameters.get(name, 0.0)) for name in ("k1", "k2", "p1", "p2", "k3")])
+    return replace(world, true_camera=replace(world.true_camera, D=world.true_camera.D + change))
 
 
 EFFECT = Effect(

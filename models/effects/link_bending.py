@@ -7,14 +7,18 @@ weight spread along it. Its deflection turns the chord of the link, its slope tu
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
 from models.effects.gravity_sag import needs_gravity
 from models.effects.registry import Effect, Parameter, Site, Stage
+from models.mjcf import BEND_AT, SPRING_TIME_S
+from models.world import World, joint_index
 
 Array = NDArray[np.float64]
 
@@ -51,9 +55,26 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Cut link `joint` at two places and hold its three pieces together by springs.
+
+    `flexibility_per_nm2` is 1/EI of the beam. It bends in the arm's plane, under its own weight and all beyond it.
+    """
+    number = joint_index(world, joint) + 1
+    flexibility = float(parameters["flexibility_per_nm2"])
+
+    def mechanism(spec: mujoco.MjSpec) -> None:
+        near, far = BEND_AT
+        middle, end = spec.body(f"mid{number}"), spec.body(f"end{number}")
+        along = np.array(middle.pos) / near
+        compliance = flexibility * float(np.linalg.norm(along)) / len(BEND_AT)
+        for body, anchor in ((middle, 0.0 * along), (end, (far - 1.0) * along)):
+            hinge = body.add_joint(name=f"bend_{body.name}", axis=[0, 0, 1], pos=anchor)
+            hinge.armature = spec.joint(f"joint{number}").armature
+            hinge.stiffness = 1.0 / compliance
+            hinge.damping = SPRING_TIME_S / compliance
+
+    return replace(world, bendable=(*world.bendable, number)).with_mechanism(mechanism)
 
 
 EFFECT = Effect(

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +17,9 @@ from models.effects.context import Context
 from models.effects.pixels import needs_camera
 from models.effects.predict import PointState
 from models.effects.registry import Effect, Parameter, Site, Stage
+from models.mjcf import ride_on_link
+from models.units import M_PER_MM
+from models.world import World, checked_marker
 
 Array = NDArray[np.float64]
 
@@ -59,9 +63,23 @@ def _applies(context: Context, site: Site) -> str | None:
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Stick `marker` `x_mm`, `y_mm` off its place, in the axes of the body that carries it.
+
+    With `body` 0 (the default) that is the link before its axis (the base for the first marker, with the robot's
+    axes), with `body` 1 the link after it; x runs along the link.
+    """
+    name = checked_marker(world, marker)
+    offset = np.array([float(parameters["x_mm"]), float(parameters["y_mm"]), 0.0]) * M_PER_MM
+    on_next_link = round(float(parameters.get("body", 0.0))) == 1 and name in world.arm.marker_names[:-1]
+
+    def mechanism(spec: mujoco.MjSpec) -> None:
+        for part in (spec.site(f"marker_{name}"), spec.geom(f"sticker_{name}")):
+            part.pos = np.array(part.pos) + offset
+        if on_next_link:
+            ride_on_link(spec, name, world.arm.marker_names.index(name) + 1)
+
+    return world.with_mechanism(mechanism)
 
 
 EFFECT = Effect(

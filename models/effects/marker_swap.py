@@ -7,10 +7,12 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage, View
+from models.world import World, checked_marker, samples_of
 
 Array = NDArray[np.float64]
 
@@ -44,9 +46,17 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Let detection give `marker` the place of marker `other`, and the other way round, in the frames `samples`."""
+    first, second = checked_marker(world, marker), checked_marker(world, str(parameters["other"]))
+    rows = list(samples_of(parameters))
+
+    def swap(pixels: dict[str, NDArray[np.float64]], rng: Generator) -> dict[str, NDArray[np.float64]]:
+        swapped = {name: points.copy() for name, points in pixels.items()}
+        swapped[first][rows], swapped[second][rows] = pixels[second][rows], pixels[first][rows]
+        return swapped
+
+    return world.with_detection(swap)
 
 
 EFFECT = Effect(

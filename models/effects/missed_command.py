@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage, View
+from models.world import Command, Electronics, World, samples_of
 
 Array = NDArray[np.float64]
 
@@ -56,9 +57,22 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Lose the commands of `samples` on the wire: the servos hold the last one that arrived."""
+    lost = frozenset(samples_of(parameters))
+
+    def wire() -> Electronics:
+        arrived = np.zeros(world.arm.n_joints)
+
+        def receive(command: Command) -> NDArray[np.float64]:
+            nonlocal arrived
+            if command.sample not in lost:
+                arrived = command.q
+            return arrived
+
+        return receive
+
+    return world.with_electronics(wire)
 
 
 EFFECT = Effect(

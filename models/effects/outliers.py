@@ -6,10 +6,12 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage, View
+from models.world import World
 
 Array = NDArray[np.float64]
 
@@ -48,9 +50,23 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Let detection lock on something else in a share `rate` of the sightings, about `size_px` away.
+
+    Reflections and edges lie in any direction, between half and one and a half times that far.
+    """
+    rate, size = float(parameters["rate"]), float(parameters["size_px"])
+
+    def mistake(pixels: dict[str, NDArray[np.float64]], rng: Generator) -> dict[str, NDArray[np.float64]]:
+        mistaken = {}
+        for name, points in pixels.items():
+            wrong = rng.random(len(points)) < rate
+            direction = rng.uniform(-np.pi, np.pi, len(points))
+            distance = size * rng.uniform(0.5, 1.5, len(points)) * wrong
+            mistaken[name] = points + distance[:, None] * np.stack([np.cos(direction), np.sin(direction)], axis=-1)
+        return mistaken
+
+    return world.with_detection(mistake)
 
 
 EFFECT = Effect(

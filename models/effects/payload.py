@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +17,8 @@ from models.effects.context import Context
 from models.effects.gravity_sag import needs_gravity
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.effects.scan import event_rows, since
+from models.mjcf import add_spring, add_tip_mass
+from models.world import Event, World
 
 Array = NDArray[np.float64]
 
@@ -52,9 +55,26 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Hang a point mass `mass_kg` at the tip just before sample `from_sample` (0: from the start).
+
+    A stiff arm does not show it: the joints get springs of `compliance1_rad_per_nm`, ..., by default those of the
+    servos' gears, which carry the arm's own weight too.
+    """
+    mass, start = float(parameters["mass_kg"]), int(parameters.get("from_sample", 0))
+    gear = float(parameters.get("compliance_rad_per_nm", world.servo.gear_compliance_rad_nm))
+    tip = f"end{world.arm.n_joints}"
+
+    def mechanism(spec: mujoco.MjSpec) -> None:
+        for number in range(1, world.arm.n_joints + 1):
+            compliance = float(parameters.get(f"compliance{number}_rad_per_nm", gear))
+            if compliance > 0:
+                add_spring(spec, number, f"gear{number}", compliance)
+
+    def hang(model: mujoco.MjModel, data: mujoco.MjData) -> None:
+        add_tip_mass(model, int(model.body(tip).id), mass)
+
+    return world.with_mechanism(mechanism).with_event(Event(start, hang))
 
 
 EFFECT = Effect(

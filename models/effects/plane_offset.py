@@ -7,6 +7,7 @@ data of one plane can tell. It is therefore part of the gauge of the geometry an
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from models.effects.camera_path import CameraPath
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage
+from models.world import World
 
 Array = NDArray[np.float64]
 
@@ -40,9 +42,10 @@ def _applies(context: Context, site: Site) -> str | None:
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Stand the arm `offset_mm` further from the camera (along z of the board) than was measured."""
+    offset = np.array([0.0, 0.0, float(parameters["offset_mm"])])
+    return replace(world, base_in_board_mm=world.base_in_board_mm + offset)
 
 
 EFFECT = Effect(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.effects.scan import steps_around
+from models.world import Command, Electronics, World
 
 Array = NDArray[np.float64]
 
@@ -42,9 +43,19 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Let the sender write every command as a whole number of `step_rad`."""
+    step = float(parameters["step_rad"])
+
+    def sender() -> Electronics:
+        def receive(command: Command) -> NDArray[np.float64]:
+            counts = np.round(command.q / step)
+            written: NDArray[np.float64] = counts * step
+            return written
+
+        return receive
+
+    return world.with_electronics(sender)
 
 
 EFFECT = Effect(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage
+from models.world import Command, Electronics, World, joint_index
 
 Array = NDArray[np.float64]
 
@@ -33,9 +34,24 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Give the servo of `joint` a potentiometer whose track spans another angle than its scale says.
+
+    The board turns until the wiper's voltage matches the pulse; `gain` is the track's true span over the nominal one.
+    """
+    index = joint_index(world, joint)
+    track_rad = world.servo.travel_rad * float(parameters["gain"])
+
+    def board() -> Electronics:
+        def receive(command: Command) -> NDArray[np.float64]:
+            voltage = command.q[index] / world.servo.travel_rad
+            q = command.q.copy()
+            q[index] = voltage * track_rad
+            return q
+
+        return receive
+
+    return world.with_electronics(board)
 
 
 EFFECT = Effect(

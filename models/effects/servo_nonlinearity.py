@@ -5,6 +5,7 @@ The term is one harmonic of the commanded angle with free frequency; low frequen
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage
+from models.world import Command, Electronics, World, joint_index
 
 Array = NDArray[np.float64]
 
@@ -56,9 +58,37 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+# The board's approach to the angle at which the wiper reads the command: contraction by e < 0.2 each step.
+_APPROACH_STEPS = 40
+
+
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Drive the potentiometer of `joint` by a gear that is bored off its centre.
+
+    The gear turns `cycles_per_turn` times a turn of the joint; its eccentricity makes a peak error of about
+    `amplitude_rad`, and `phase_rad` is the gear's angle at joint angle zero. To first order the joint stands at
+    q_cmd + amplitude sin(cycles q + phase); an eccentric also makes overtones of it.
+    """
+    index = joint_index(world, joint)
+    cycles, phase = float(parameters["cycles_per_turn"]), float(parameters["phase_rad"])
+    eccentricity = cycles * float(parameters["amplitude_rad"])  # of the bore, in radii of the gear
+
+    def wiper(angle: float) -> float:
+        """Angle that the wiper shows when the joint stands at `angle`: the gear's rim seen from the off bore."""
+        turn = cycles * angle + phase
+        seen = math.atan2(-eccentricity * math.sin(turn), 1.0 + eccentricity * math.cos(turn))
+        return angle + seen / cycles
+
+    def board() -> Electronics:
+        def receive(command: Command) -> NDArray[np.float64]:
+            q = command.q.copy()
+            for _ in range(_APPROACH_STEPS):
+                q[index] += command.q[index] - wiper(float(q[index]))
+            return q
+
+        return receive
+
+    return world.with_electronics(board)
 
 
 EFFECT = Effect(

@@ -6,14 +6,19 @@ the fraction is that of the median wait.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage
+from models.errors import InputError
+from models.world import World
 
 Array = NDArray[np.float64]
 
@@ -43,9 +48,35 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+# The bench takes its picture, and goes on, this long after each command: twelve periods of the command pulses.
+_WAIT_S = 0.240
+# Boards that hold the load tightly, so that lag is not mixed with sag.
+_STIFFNESS_NM_RAD = 500.0
+
+
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Make the servos sluggish and take each picture, and go on, before they have arrived.
+
+    `remaining1`, `remaining2`, ... (or `remaining`, for all) are the parts of a small step that are still to go; the
+    servos turn no faster than their no-load speed, so a large step has more left. Raises `InputError` for a
+    part that is not below 1.
+    """
+    numbers = range(1, world.arm.n_joints + 1)
+    parts = {n: float(parameters.get(f"remaining{n}", parameters.get("remaining", 0.0))) for n in numbers}
+    if max(parts.values()) >= 1.0:
+        raise InputError("settling_lag: remaining must be below 1, the part of a step that is still to go")
+    servo = replace(
+        world.servo, stiffness_nm_rad=_STIFFNESS_NM_RAD, approach_speed_rad_s=world.servo.no_load_speed_rad_s
+    )
+
+    def mechanism(spec: mujoco.MjSpec) -> None:
+        for number, part in parts.items():
+            if part > math.exp(-_WAIT_S / servo.loop_time_s):  # else the loop is as quick as it can be
+                bias = spec.actuator(f"servo{number}").biasprm
+                bias[2] = -_STIFFNESS_NM_RAD * _WAIT_S / -math.log(part)  # damping: stiffness times time constant
+
+    sluggish = replace(world, servo=servo, capture_after_s=_WAIT_S)
+    return sluggish.with_mechanism(mechanism, relieved=tuple(f"joint{number}" for number in numbers))
 
 
 EFFECT = Effect(

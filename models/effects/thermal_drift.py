@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage
+from models.world import Command, Electronics, World, joint_index
 
 Array = NDArray[np.float64]
 
@@ -42,9 +43,39 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> Any:
-    """To be written by the physics engineer."""
-    raise NotImplementedError
+# The winding warms this much faster than the case.
+_WINDING_SHARE = 0.1
+_STEPS_PER_TIME_CONSTANT = 200
+
+
+def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+    """Let the servo of `joint` warm up from cold; its potentiometer's mount moves with the case's warmth.
+
+    Two heat stores in a row, winding and case: the case settles with about `time_constant_s`, and the zero has then
+    moved by `drift_rad`. Warming starts with the first command.
+    """
+    index = joint_index(world, joint)
+    drift, time_constant = float(parameters["drift_rad"]), float(parameters["time_constant_s"])
+    step = time_constant / _STEPS_PER_TIME_CONSTANT
+
+    def warming() -> Electronics:
+        clock: float | None = None
+        winding = case = 0.0  # warmth above the room, 1 at the end
+
+        def receive(command: Command) -> NDArray[np.float64]:
+            nonlocal clock, winding, case
+            clock = command.time_s if clock is None else clock
+            while clock + step <= command.time_s:
+                winding += step / (_WINDING_SHARE * time_constant) * (1.0 - winding)
+                case += step / time_constant * (winding - case)
+                clock += step
+            q = command.q.copy()
+            q[index] += drift * case
+            return q
+
+        return receive
+
+    return world.with_electronics(warming)
 
 
 EFFECT = Effect(

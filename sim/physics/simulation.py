@@ -16,7 +16,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from models.mjcf import build_arm
+from models.mjcf import add_tip_mass, build_arm
 from models.units import MM_PER_M
 from models.world import Command, World
 
@@ -57,10 +57,8 @@ class ArmSimulation:
     def move(self, q_cmd: Array, sample: int = 0, time_s: float = 0.0, payload_kg: float = 0.0) -> None:
         """Send the arm to (n,) rad as pose `sample`, with `payload_kg` hung at its tip.
 
-        Returns at the moment of the picture; what is left to settle after it is done before the next move.
+        Returns at the moment of the picture.
         """
-        if self.world.capture_after_s is not None:
-            self._settle()
         self._let_happen(sample)
         self.hang(payload_kg)
         q = np.array(q_cmd, dtype=float)
@@ -71,7 +69,7 @@ class ArmSimulation:
         if self.world.capture_after_s is None:
             self._settle()
         else:
-            mujoco.mj_step(self.model, self.data, round(self.world.capture_after_s / self.model.opt.timestep))
+            self._run_for(round(self.world.capture_after_s / self.model.opt.timestep))
         mujoco.mj_kinematics(self.model, self.data)
 
     def hang(self, payload_kg: float) -> None:
@@ -108,11 +106,17 @@ class ArmSimulation:
 
     def _run_to_rest(self) -> None:
         for _ in range(int(_LONGEST_MOVE_S / (_CHUNK * self.model.opt.timestep))):
-            if self._relief is not None:
-                self._relief.carry(self.data, self.data.qpos[self._motor_qpos])
-            mujoco.mj_step(self.model, self.data, _CHUNK)
+            self._run_for(_CHUNK)
             if np.abs(self.data.qvel).max() < _REST_RAD_S:
                 return
+
+    def _run_for(self, steps: int) -> None:
+        if self._relief is None:
+            mujoco.mj_step(self.model, self.data, steps)
+            return
+        for done in range(0, steps, _CHUNK):
+            self._relief.carry(self.data, self.data.qpos[self._motor_qpos])
+            mujoco.mj_step(self.model, self.data, min(_CHUNK, steps - done))
 
     def _let_happen(self, sample: int) -> None:
         while self._happened < len(self._events) and self._events[self._happened].sample <= sample:
@@ -138,15 +142,6 @@ class _Relief:
         self._data.qpos[:] = q
         mujoco.mj_forward(self._model, self._data)
         data.qfrc_applied[self._dofs] = self._data.qfrc_bias[self._servos]
-
-
-def add_tip_mass(model: mujoco.MjModel, body: int, mass_kg: float) -> None:
-    """Add a point mass to a compiled `body`, and to the subtrees that it belongs to."""
-    model.body_mass[body] += mass_kg
-    while body > 0:
-        model.body_subtreemass[body] += mass_kg
-        body = int(model.body_parentid[body])
-    model.body_subtreemass[0] += mass_kg
 
 
 def simulate(
