@@ -1,0 +1,1 @@
+"""Reports: one HTML file that opens offline, made of sections that can be composed."""

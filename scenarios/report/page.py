@@ -1,0 +1,29 @@
+"""The page: sections one after the other, with plotly.js brought along once, so that it opens offline."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from markupsafe import Markup
+from plotly.offline import get_plotlyjs
+
+from scenarios.report.section import Section
+from scenarios.report.style import COLOURS
+from scenarios.report.templates import render
+
+_CSS = Path(__file__).parent / "templates" / "page.css"
+
+
+def page(title: str, about: str, answers: Sequence[tuple[str, str]], sections: Sequence[Section]) -> str:
+    """Return the whole HTML; `answers` are the few (value, what it is) that stand at the top."""
+    return render(
+        "page.html",
+        title=title,
+        about=about,
+        answers=answers,
+        sections=sections,
+        colours=COLOURS.items(),
+        css=Markup(_CSS.read_text("utf-8")),  # noqa: S704  # our own file
+        plotly=Markup(get_plotlyjs()),  # noqa: S704  # the library's own script
+    )

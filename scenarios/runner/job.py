@@ -1,0 +1,64 @@
+"""A run's folder: the scenario it belongs to, and what each stage wrote."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from models import atomic
+from models.errors import InputError
+from scenarios.scenario import ScenarioFile, check_scenario
+
+
+@dataclass(frozen=True)
+class Job:
+    """A run in folder `out`: `scenario.json`, `stages/`, `recordings/`, and at the end its results."""
+
+    out: Path
+
+    @cached_property
+    def scenario(self) -> ScenarioFile:
+        """The scenario, as it was when the run was started."""
+        return check_scenario(json.loads(self._scenario_path.read_text("utf-8")), str(self._scenario_path))
+
+    @property
+    def recordings(self) -> Path:
+        """Folder of the captured recordings."""
+        return self.out / "recordings"
+
+    @property
+    def _scenario_path(self) -> Path:
+        return self.out / "scenario.json"
+
+    def stage_path(self, stage: str) -> Path:
+        """Return where a stage's result is; the file stands there when the stage is done."""
+        return self.out / "stages" / f"{stage}.json"
+
+    def done(self, stage: str) -> bool:
+        """Whether a stage was finished."""
+        return self.stage_path(stage).is_file()
+
+    def load(self, stage: str) -> dict[str, Any]:
+        """Return what a finished stage wrote."""
+        value: dict[str, Any] = json.loads(self.stage_path(stage).read_text("utf-8"))
+        return value
+
+
+def open_job(out: Path, scenario: ScenarioFile) -> Job:
+    """Start a run in `out`, or go on with the one that is there; raises `InputError` where another one is there."""
+    job = Job(out)
+    path = job.out / "scenario.json"
+    if path.is_file():
+        if job.scenario.fingerprint != scenario.fingerprint:
+            raise InputError(
+                f"{out}: holds a run of another scenario ('{job.scenario.title}', or an edited one); "
+                "choose another --out or remove the folder"
+            )
+    elif out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise InputError(f"{out}: is no run's folder and not empty; choose another --out")
+    else:
+        atomic.write_json(path, scenario.model_dump(mode="json", by_alias=True))
+    return job

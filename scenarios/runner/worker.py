@@ -1,0 +1,59 @@
+"""A worker process: does one stage after the other as it is told, and reports how far it is.
+
+Workers are spawned, not forked: a fork after an OpenGL context exists hangs. A worker whose parent was killed finds
+its pipe closed at the next report and ends.
+"""
+
+from __future__ import annotations
+
+import signal
+import traceback
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import cv2
+
+from models import atomic
+from models.errors import ArmtwinError
+from scenarios.runner.job import Job
+
+# Reports how much of a stage is done: (done, total).
+Tick = Callable[[int, int], None]
+# One stage: reads what earlier stages wrote, returns what goes into its own file.
+Work = Callable[[Job, Tick], dict[str, Any]]
+
+
+def serve(pipe: Connection, out: Path) -> None:
+    """Do the stages whose names come through `pipe` until it closes."""
+    from scenarios.runner.stages import STAGES
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears Ctrl-C and ends its workers
+    cv2.setNumThreads(1)
+    job = Job(out)
+    try:
+        while True:
+            name = pipe.recv()
+            pipe.send(_do(job, name, STAGES[name].work, lambda done, total: pipe.send(("tick", done, total))))
+    except (EOFError, BrokenPipeError):
+        return
+
+
+def do_stage(job: Job, name: str, work: Work, tick: Tick) -> None:
+    """Do one stage and write its file; what was half done before is done again."""
+    atomic.write_json(job.stage_path(name), work(job, tick))
+
+
+def _do(job: Job, name: str, work: Work, tick: Tick) -> tuple[str, int, str]:
+    try:
+        do_stage(job, name, work, tick)
+    except ArmtwinError as error:
+        return ("failed", error.exit_code, str(error))
+    except (EOFError, BrokenPipeError):
+        raise
+    except Exception as error:  # noqa: BLE001  # a defect of ours: told in one line, kept whole in a file
+        log = job.out / "error.log"
+        atomic.write_text(log, traceback.format_exc())
+        return ("failed", 1, f"stage '{name}' broke down ({type(error).__name__}: {error}); {log} has the traceback")
+    return ("done", 0, "")

@@ -1,0 +1,198 @@
+"""Scenario files (`armtwin.scenario/1`): what is true of a simulated bench, and what is done with it.
+
+A scenario is TOML. Every table but `[trajectories]` may be left out; the defaults are the paper's experiment on an
+ideal bench. Unknown keys are refused with the nearest valid name.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tomllib
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field, field_validator, model_validator
+
+from models.arm import nominal_arm
+from models.effects.registry import effect_named
+from models.errors import InputError, UnreachablePoseError, nearest
+from models.kinematics import inverse
+from models.trajectories import CIRCLE_CENTRE_MM, ORIENTATION_RAD, SAMPLES, circle, line
+from models.validation import Finite, NotNegative, Positive, Strict, check
+
+Array = NDArray[np.float64]
+
+FILES = Path(__file__).parent / "files"
+_MAX_BYTES = 1 << 20
+
+Point = tuple[Finite, Finite]
+Triple = tuple[Finite, Finite, Finite]
+# A trajectory names folders and table columns.
+Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,40}$")]
+
+
+class CircleTable(Strict):
+    """A circle for the tip, from its rightmost point, anticlockwise."""
+
+    kind: Literal["circle"]
+    radius_mm: Positive
+    centre_mm: Point = CIRCLE_CENTRE_MM
+    orientation_rad: Finite = ORIENTATION_RAD
+    samples: Annotated[int, Field(ge=2, le=10000)] = SAMPLES
+
+    def poses(self) -> Array:
+        """(samples, 3) x mm, y mm, theta rad."""
+        return circle(self.centre_mm, self.radius_mm, self.samples, self.orientation_rad)
+
+
+class LineTable(Strict):
+    """A straight segment for the tip, both ends included."""
+
+    kind: Literal["line"]
+    start_mm: Point
+    end_mm: Point
+    orientation_rad: Finite = ORIENTATION_RAD
+    samples: Annotated[int, Field(ge=2, le=10000)] = SAMPLES
+
+    def poses(self) -> Array:
+        """(samples, 3) x mm, y mm, theta rad."""
+        return line(self.start_mm, self.end_mm, self.samples, self.orientation_rad)
+
+
+Path2d = Annotated[CircleTable | LineTable, Field(discriminator="kind")]
+
+
+class GeometryTable(Strict):
+    """What the built arm differs by from the drawing (Table 4)."""
+
+    length_errors_mm: tuple[Finite, Finite, Finite, Finite] = (0.0, 0.0, 0.0, 0.0)
+    joint_errors_rad: Triple = (0.0, 0.0, 0.0)
+
+
+class BenchTable(Strict):
+    """Where the arm stands and which way gravity pulls."""
+
+    base_in_board_mm: Point = (0.0, 0.0)
+    # Section 3.2: the arm's plane in the board frame, as the bench was measured with a ruler.
+    arm_plane_z_mm: Finite = -80.87
+    gravity_m_s2: Point = (0.0, 0.0)
+
+
+class CameraTable(Strict):
+    """Where the camera truly stands against Table 2, in camera axes; the pipeline has to find out by calibration."""
+
+    shift_mm: Triple = (0.0, 0.0, 0.0)
+    turn_rad: Triple = (0.0, 0.0, 0.0)
+
+
+class PictureTable(Strict):
+    """What the optics and the sensor do to a frame."""
+
+    blur_px: NotNegative = 0.7
+    exposure: Annotated[float, Field(gt=0, le=4)] = 1.0
+    vignetting: Annotated[float, Field(ge=0, le=1)] = 0.2
+    full_well_electrons: Annotated[float, Field(ge=100, le=1e6)] = 8000.0
+    read_noise_electrons: NotNegative = 12.0
+    shadows: bool = True
+
+
+class EffectTable(Strict):
+    """One physical fault of the bench: an effect of the catalogue, where it sits, and its parameters."""
+
+    name: str
+    joint: Annotated[int, Field(ge=1, le=6)] | None = None
+    marker: str | None = None
+    parameters: dict[str, Finite] = Field(default_factory=dict)
+
+
+class ScenarioFile(Strict):
+    """A whole scenario; every trajectory but `validate_on` is calibrated on."""
+
+    schema_: Literal["armtwin.scenario/1"] = Field(alias="schema")
+    title: Annotated[str, Field(min_length=1, max_length=200)]
+    about: Annotated[str, Field(max_length=4000)] = ""
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
+    board_views: Annotated[int, Field(ge=3, le=100)] = 20
+    gauge_lengths_mm: Annotated[tuple[Positive, ...], Field(max_length=8)] = (40.0, 30.0, 10.0, 5.0)
+    gauge_placements: Annotated[int, Field(ge=2, le=200)] = 20
+    geometry: GeometryTable = GeometryTable()
+    bench: BenchTable = BenchTable()
+    camera: CameraTable = CameraTable()
+    picture: PictureTable = PictureTable()
+    trajectories: Annotated[dict[Name, Path2d], Field(min_length=2, max_length=20)]
+    validate_on: Name = "line"
+    effects: tuple[EffectTable, ...] = ()
+
+    @field_validator("effects", mode="before")
+    @classmethod
+    def _gather_parameters(cls, tables: Any) -> Any:
+        """Let an effect's parameters stand beside its name in the file."""
+        return [_gathered(table) for table in tables] if isinstance(tables, list) else tables
+
+    @model_validator(mode="after")
+    def _validation_is_a_trajectory(self) -> ScenarioFile:
+        if self.validate_on not in self.trajectories:
+            raise ValueError(
+                f"validate_on names trajectory '{self.validate_on}', which is not declared"
+                + nearest(self.validate_on, self.trajectories)
+            )
+        return self
+
+    @property
+    def calibrate_on(self) -> tuple[str, ...]:
+        """Trajectories to calibrate on: all but the validation's, in their order."""
+        return tuple(name for name in self.trajectories if name != self.validate_on)
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """A digest of everything that decides the run's results."""
+        text = json.dumps(self.model_dump(mode="json", by_alias=True), sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def builtin_scenarios() -> dict[str, Path]:
+    """Return the scenarios that come with armtwin, by name."""
+    return {path.stem: path for path in sorted(FILES.glob("*.toml"))}
+
+
+def read_scenario(name_or_path: str) -> ScenarioFile:
+    """Read a built-in scenario by name, or a file by path; raises `InputError` with file, key and what is wanted."""
+    known = builtin_scenarios()
+    path = known.get(name_or_path, Path(name_or_path))
+    if not path.is_file():
+        kind = "such file" if path.suffix == ".toml" else "such scenario or file"
+        raise InputError(f"{name_or_path}: no {kind}{nearest(name_or_path, known)}")
+    if path.stat().st_size > _MAX_BYTES:
+        raise InputError(f"{path.name}: larger than {_MAX_BYTES} bytes, no scenario")
+    try:
+        data = tomllib.loads(path.read_text("utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path.name}: not TOML ({error})") from None
+    return check_scenario(data, path.name)
+
+
+def check_scenario(data: object, file: str) -> ScenarioFile:
+    """Validate a scenario's tables, its effects against the catalogue and its paths against the arm's reach."""
+    scenario = check(ScenarioFile, data, file)
+    for name, path in scenario.trajectories.items():
+        try:
+            inverse(nominal_arm(), path.poses())
+        except UnreachablePoseError as error:
+            raise InputError(f"{file}: trajectories.{name}: {error}") from None
+    for number, effect in enumerate(scenario.effects):
+        try:
+            effect_named(effect.name)
+        except InputError as error:
+            raise InputError(f"{file}: effects.{number}: {error}") from None
+    return scenario
+
+
+def _gathered(table: Any) -> Any:
+    if not isinstance(table, dict):
+        return table
+    own = {key: value for key, value in table.items() if key in ("name", "joint", "marker")}
+    return own | {"parameters": {key: value for key, value in table.items() if key not in own}}
