@@ -88,13 +88,16 @@ def calibrate(
 
 
 def measured_tip(recording: Recording, rows: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64], Array]:
-    """F relative to A, (N, 2) robot mm (equations 11, 12 and 16), the rows that show both, and the mean of A, (3,) mm."""
+    """F relative to A, (N, 2) robot mm (equations 11, 12, 16), the rows that show both, and the mean of A, (3,) mm."""
     if not recording.arm.is_planar3:
-        raise InputError(f"recording.json: Algorithm 1 is for arm planar3, found '{recording.arm.name}'; use least-squares")
+        raise InputError(
+            f"recording.json: Algorithm 1 is for arm planar3, found '{recording.arm.name}'; use least-squares"
+        )
     if recording.camera is None or recording.arm_plane_z_mm is None or not {"a", "f"} <= set(recording.markers_px):
         raise InputError("samples.csv: Algorithm 1 needs the markers a and f in pixels; use least-squares")
     a, f = (
-        back_project(recording.camera, recording.markers_px[name][rows], recording.arm_plane_z_mm) for name in ("a", "f")
+        back_project(recording.camera, recording.markers_px[name][rows], recording.arm_plane_z_mm)
+        for name in ("a", "f")
     )
     seen = np.isfinite(a).all(axis=-1) & np.isfinite(f).all(axis=-1)
     between = (f - a)[seen]

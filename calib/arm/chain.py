@@ -96,9 +96,9 @@ class Chain:
     def convention(self, markers: tuple[str, ...]) -> Array:
         """(P, P') basis of the link parameters that are fitted when these markers are seen.
 
-        Without E, planar3's last link C-F is seen as one vector only: turning (l4, l5) and turning theta3's zero are the
-        same motion. The link is then taken to have the drawn angle at C (one printed part), so that delta_l5 follows
-        delta_l4 in the drawn ratio l5 / l4, and the whole turn stands in delta_theta3, where a horn is mounted by hand.
+        Without E, planar3's last link C-F is seen as one vector only: turning (l4, l5) and turning theta3's zero are
+        the same motion. The link is then taken to have the drawn angle at C (one printed part), so that delta_l5
+        follows delta_l4 in the drawn ratio l5 / l4, and the turn stands in delta_theta3, whose horn is mounted by hand.
         """
         basis = np.eye(len(self.names))
         if not self.has_last_link_gauge(markers):
@@ -111,7 +111,7 @@ class Chain:
         return self.arm.is_planar3 and "e" not in markers and self.arm.link_lengths_mm[2] > 0
 
     def in_convention(self, delta: Deviation) -> Deviation:
-        """Return the deviation that moves F alike and keeps the drawn angle of the last link (planar3; else `delta`)."""
+        """Return the deviation that moves F alike and keeps the last link's drawn angle (planar3; else `delta`)."""
         if not self.arm.is_planar3:
             return delta
         l4, l5 = self.arm.link_lengths_mm[2:]

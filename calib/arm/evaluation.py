@@ -47,6 +47,15 @@ def tip_error(
     )
 
 
+def joint_error_rms(recording: Recording, rows: NDArray[np.int64], delta: Deviation | None = None) -> float:
+    """Root mean square of measured less predicted joint angles, rad; NaN where none was measured."""
+    if recording.q_meas is None:
+        return float("nan")
+    off = (recording.q_meas - recording.q_cmd)[rows] - (0.0 if delta is None else delta.joints_rad)
+    off = off[np.isfinite(off)]
+    return float(np.sqrt((off**2).mean())) if len(off) else float("nan")
+
+
 def tip_distances(
     recording: Recording, rows: NDArray[np.int64], base_in_board_mm: Array, delta: Deviation | None = None
 ) -> Array:

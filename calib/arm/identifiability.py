@@ -63,8 +63,8 @@ def analyse(chain: Chain, J: Array, markers: tuple[str, ...], q_cmd: Array) -> I
     open_names = _open_parameters(chain.names, directions[~known], chain, markers)
     if identifiable == 0:
         raise InputError(
-            f"samples.csv: marker{'s' if len(markers) > 1 else ''} {', '.join(markers)} in these {len(q_cmd)} poses say "
-            "nothing about the arm's links: measure more markers, or poses in which the joints turn"
+            f"samples.csv: marker {', '.join(markers)} in these {len(q_cmd)} poses says nothing about the arm's links: "
+            "measure more markers, or poses in which the joints turn"
         )
     if identifiable < structural and _collinear(q_cmd):
         raise InputError(
@@ -73,7 +73,7 @@ def analyse(chain: Chain, J: Array, markers: tuple[str, ...], q_cmd: Array) -> I
             "measure poses that turn every joint by itself"
         )
     gauge = (GAUGE,) if chain.has_last_link_gauge(markers) and {"f"} & set(markers) else ()
-    ties = ()
+    ties: tuple[str, ...] = ()
     if open_names:
         ties = (f"these poses and markers leave open {', '.join(open_names)}; they stay near the drawing's values",)
     return Identifiability(values, identifiable, gauge, ties)
@@ -81,7 +81,7 @@ def analyse(chain: Chain, J: Array, markers: tuple[str, ...], q_cmd: Array) -> I
 
 def _singular(J_links: Array, J_base: Array) -> tuple[Array, Array]:
     """Singular values and right vectors of J_links once what the base explains is taken out (one QR, base first)."""
-    R = np.linalg.qr(np.concatenate([J_base, J_links], axis=1), mode="r")
+    R = np.asarray(np.linalg.qr(np.concatenate([J_base, J_links], axis=1), mode="r"))
     n_base = J_base.shape[1]
     values, Vt = np.linalg.svd(R[n_base:, n_base:])[1:]
     padded = np.zeros(J_links.shape[1])

@@ -110,18 +110,20 @@ def _solve(problem: _Problem) -> _Fit:
         r, J = problem.residuals(x)
         distance = np.linalg.norm(r, axis=-1)
         sigma = _robust_sigma(distance, n_free)
-        weight = np.minimum(1.0, _HUBER * sigma / np.maximum(distance, NOISE_FLOOR_PX))
+        scale = _scales(problem.seen, distance, sigma, n_free)
+        weight = np.minimum(1.0, _HUBER * scale / np.maximum(distance, NOISE_FLOOR_PX))
         x, moved = _step(problem, basis, x, r, J, weight, sigma)
         if moved < _NEARLY_AT_REST:
             break
     r, J = problem.residuals(x)
     distance = np.linalg.norm(r, axis=-1)
-    used = distance <= _OUTLIER * _robust_sigma(distance, n_free)
+    used = distance <= _OUTLIER * _scales(problem.seen, distance, _robust_sigma(distance, n_free), n_free)
     for _ in range(_MAX_ROUNDS):
         x, r, J = _plain(problem, basis, x, used, sigma)
         dof = max(2 * int(used.sum()) - n_free, 1)
         sigma = max(float(np.sqrt((r[used] ** 2).sum() / dof)), NOISE_FLOOR_PX)
-        again = np.linalg.norm(r, axis=-1) <= _OUTLIER * sigma
+        distance = np.linalg.norm(r, axis=-1)
+        again = distance <= _OUTLIER * _scales(problem.seen, distance, sigma, n_free)
         if (again == used).all():
             break
         used = again
@@ -159,8 +161,17 @@ def _step(
 
 def _robust_sigma(distance: Array, n_free: int) -> float:
     """Noise of one coordinate from the median distance, corrected for the parameters that the fit has taken up."""
-    lost = np.sqrt(1.0 - min(n_free / (2.0 * len(distance)), 0.9))
+    lost = np.sqrt(1.0 - min(n_free / (2.0 * len(distance)), 0.5))
     return max(float(np.median(distance)) / (_MEDIAN_DISTANCE * float(lost)), NOISE_FLOOR_PX)
+
+
+def _scales(seen: Observations, distance: Array, sigma: float, n_free: int) -> Array:
+    """(K,) what is usual for each marker: the common noise, or its own where that is larger.
+
+    Joint play and the like shake the far markers and leave A at rest: they are then no outliers.
+    """
+    own = [_robust_sigma(distance[seen.marker == number], n_free) for number in range(len(seen.markers))]
+    return np.maximum(sigma, np.array(own))[seen.marker]
 
 
 def _report(recording: Recording, problem: _Problem, fit: _Fit) -> ArmCalibration:
@@ -175,9 +186,11 @@ def _report(recording: Recording, problem: _Problem, fit: _Fit) -> ArmCalibratio
     np.add.at(scores, pose, np.einsum("kip,ki->kp", J, r) @ basis / fit.sigma**2)
     scores *= np.sqrt(len(poses) / max(len(poses) - 1, 1))
     clustered = basis @ cov @ (scores.T @ scores + basis.T @ prior @ basis) @ cov @ basis.T
-    mm = np.linalg.solve(J[:, :, -2:], r[..., None])[..., 0]
+    mm = np.linalg.solve(J[:, :, -2:], r[..., None])[..., 0].astype(np.float64)
     left_out = [
-        Outlier(int(recording.sample[seen.row[k]]), seen.markers[seen.marker[k]], float(np.linalg.norm(fit.residuals[k])))
+        Outlier(
+            int(recording.sample[seen.row[k]]), seen.markers[seen.marker[k]], float(np.linalg.norm(fit.residuals[k]))
+        )
         for k in np.flatnonzero(~fit.used)
     ]
     return ArmCalibration(

@@ -85,8 +85,9 @@ def fewest_poses(arm: Arm) -> int:
 def refuse_too_few(arm: Arm, found: int, wanted: int) -> None:
     """Raise `InputError` that says how many poses are missing."""
     if found < wanted:
+        poses = f"{found} pose" + ("s" if found != 1 else "")
         joints = f"{arm.n_joints} joint" + ("s" if arm.n_joints > 1 else "")
         raise InputError(
-            f"samples.csv: {found} pose{'s' if found != 1 else ''} with a measurement to calibrate on, an arm of {joints} "
-            f"needs at least {wanted}: measure {wanted - found} more"
+            f"samples.csv: {poses} with a measurement to calibrate on, an arm of {joints} needs at "
+            f"least {wanted}: measure {wanted - found} more"
         )
