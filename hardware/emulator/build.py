@@ -1,4 +1,4 @@
-"""Builds the firmware and the emulator's C host into a cache outside the source tree, once a version of their sources."""
+"""Builds the firmware and the emulator's C host into a cache outside the source tree, once a version of them."""
 
 from __future__ import annotations
 

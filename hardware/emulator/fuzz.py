@@ -4,8 +4,7 @@ Three passes, each with its own promise; the first that is broken raises Asserti
 
     limp    bad frames at a board that is not armed: no pulse, no reset, every good frame between them answered
     armed   the same at an armed board: every pulse on the way that was commanded, none faster than the slew limit
-    link    bad frames both ways between ServoLink and the board, answers lost and requests doubled on top: every request
-            done, and done once
+    link    bad frames both ways between ServoLink and the board, frames lost and doubled on top: every request done
 """
 
 from __future__ import annotations
@@ -192,7 +191,7 @@ def _check_pulses(pulses: list[Pulse]) -> None:
         assert step <= SLEW_US + 2 * PULSE_TOLERANCE_US, f"servo {servo + 1}: a step of {step} us"
         gaps_s = np.diff(rises_s)
         assert np.all(np.abs(gaps_s - 0.02) < 1e-6), (
-            f"servo {servo + 1}: pulses {gaps_s.min()} to {gaps_s.max()} s apart"
+            f"servo {servo + 1}: gaps {gaps_s.min()} to {gaps_s.max()} s"
         )
 
 

@@ -111,5 +111,5 @@ class NoisyLine:
             frame[int(self._rng.integers(1, len(frame) - 1))] ^= 0x55
         elif self._rng.random() < self._repeated:
             frame *= 2
-        receiver.feed(frame)
+        receiver.feed(bytes(frame))
         return bytes(out + frame)
