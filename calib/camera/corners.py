@@ -42,15 +42,16 @@ class Corners:
     pixels: Array
 
 
-def find_corners(image: Gray, board: Board, window_px: int | None = None) -> Array | None:
+def find_corners(image: Gray, board: Board, window_px: int | None = None, thorough: bool = True) -> Array | None:
     """Return the (N, 2) inner corners, raw pixels, in the order of `Board.points_mm`, or None where they are not seen.
 
     `image` is (H, W) grey or (H, W, 3) BGR, uint8. `window_px` is the half window of the sub-pixel refinement; None
     adapts it to the view: at most `USUAL_WINDOW_PX`, and never near enough to a neighbour to mistake it for the corner.
+    `thorough` asks a slow detector, which sees through blur and glare, where the quick one finds nothing.
     A board that goes on beyond the corners (a larger one) is not this board: None.
     """
     gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image, dtype=np.uint8)
-    found = _detect(gray, board)
+    found = _detect(gray, board, thorough)
     if found is None:
         return None
     grid = _right_handed(found.reshape(board.rows, board.columns, 2))
@@ -74,11 +75,11 @@ def spacing_px(grid: Array) -> float:
     return float(min(along, across))
 
 
-def _detect(gray: Gray, board: Board) -> Array | None:
-    """Try the quick detector, then the thorough one (Duda and Frese 2018), which sees through blur and glare."""
+def _detect(gray: Gray, board: Board, thorough: bool) -> Array | None:
+    """Try the quick detector, then the thorough one (Duda and Frese 2018)."""
     size = (board.columns, board.rows)
     seen, corners = cv2.findChessboardCorners(gray, size)
-    if not seen:
+    if not seen and thorough:
         flags = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY | cv2.CALIB_CB_NORMALIZE_IMAGE
         seen, corners = cv2.findChessboardCornersSB(gray, size, flags=flags)
     return corners.reshape(-1, 2).astype(float) if seen else None

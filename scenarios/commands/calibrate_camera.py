@@ -167,7 +167,7 @@ def _other_board(grays: list[Gray], board: Board) -> Board | None:
         if min(columns, rows) < MIN_CORNERS:
             continue
         other = Board(columns, rows, board.square_mm)
-        if any(find_corners(gray, other) is not None for gray in grays):
+        if any(find_corners(gray, other, thorough=False) is not None for gray in grays):
             return other
     return None
 
