@@ -61,15 +61,23 @@ class ArmSimulation:
         """
         self._let_happen(sample)
         self.hang(payload_kg)
-        q = np.array(q_cmd, dtype=float)
-        for stage in self._electronics:
-            q = stage(Command(sample, time_s, q))
-        self._target = q
-        self.data.ctrl[:] = q + self._trim
+        self._send(q_cmd, sample, time_s)
         if self.world.capture_after_s is None:
             self._settle()
         else:
             self._run_for(round(self.world.capture_after_s / self.model.opt.timestep))
+        mujoco.mj_kinematics(self.model, self.data)
+
+    def drive(self, q_cmd: Array, seconds: float) -> None:
+        """Send one of a stream of commands, (n,) rad, and let `seconds` pass, for an arm that is filmed as it moves.
+
+        The integral part of the servos works whenever the arm is at rest, so that it comes to stand where `move` would
+        have left it. Stages that count poses know of pose 0 only.
+        """
+        self._send(q_cmd, 0, float(self.data.time))
+        self._run_for(max(1, round(seconds / self.model.opt.timestep)))
+        if np.abs(self.data.qvel).max() < _REST_RAD_S:
+            self._trim += self._target - self.data.qpos[self._motor_qpos]
         mujoco.mj_kinematics(self.model, self.data)
 
     def hang(self, payload_kg: float) -> None:
@@ -88,6 +96,13 @@ class ArmSimulation:
         T[:, :3, :3] = self.data.xmat[self._links].reshape(-1, 3, 3)
         T[:, :3, 3] = self.data.xpos[self._links] * MM_PER_M
         return T
+
+    def _send(self, q_cmd: Array, sample: int, time_s: float) -> None:
+        q = np.array(q_cmd, dtype=float)
+        for stage in self._electronics:
+            q = stage(Command(sample, time_s, q))
+        self._target = q
+        self.data.ctrl[:] = q + self._trim
 
     def _hold(self, q: Array) -> None:
         self._target = q
