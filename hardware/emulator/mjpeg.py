@@ -15,7 +15,7 @@ _BOUNDARY = "armtwin"
 PATH = "/stream.mjpg"
 # Without chroma subsampling, and nearly without loss: what is tested is the arm, not a codec.
 _JPEG = [
-    *(cv2.IMWRITE_JPEG_QUALITY, 96),
+    *(cv2.IMWRITE_JPEG_QUALITY, 98),
     *(cv2.IMWRITE_JPEG_SAMPLING_FACTOR, cv2.IMWRITE_JPEG_SAMPLING_FACTOR_444),
 ]
 
