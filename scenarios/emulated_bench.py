@@ -1,0 +1,157 @@
+"""The emulated bench: a bench file whose serial port and camera lead to an emulated Arduino and a filmed simulation.
+
+with EmulatedBench() as emulated:
+    setup = read_bench(emulated.bench_file)      # from here on nothing knows that the bench is emulated
+    bench = HardwareBench(setup)
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import tempfile
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+import tomli_w
+from numpy.typing import NDArray
+
+from hardware.bench_file import read_bench
+from models.arm import nominal_arm
+from models.camera_files import nominal_camera, write_camera
+from models.errors import JobError
+from models.kinematics import Deviation
+from models.world import World, ideal_world
+from scenarios.emulated_film import film
+from sim.sensor import Sensor
+
+Array = NDArray[np.float64]
+
+ARM_PLANE_Z_MM = -80.87  # section 3.2 of the paper
+START_TIMEOUT_S = 120.0  # the firmware and the emulator are built on the first start
+
+
+def paper_world() -> World:
+    """Return the paper's bench as its second calibration found it (Table 4): what a capture has to discover."""
+    deviation = Deviation(np.array([6.7015, 4.5704, -0.7074, 1.0208]), np.radians([1.1354, 1.0037, 4.7973]))
+    return ideal_world(nominal_arm(), nominal_camera(), ARM_PLANE_Z_MM, deviation=deviation)
+
+
+def bench_table(port: str, url: str) -> dict[str, Any]:
+    """Return the content of the emulated bench's file: three MG996R, the second turned round."""
+    joint = {"zero_us": 1500.0, "us_per_rad": 636.62, "min_rad": -1.2, "max_rad": 1.2}
+    directions = (1, -1, 1)
+    return {
+        "schema": "armtwin.bench/1",
+        "serial": {"port": port},
+        "camera": {"source": url, "calibration": "camera.yaml", "arm_plane_z_mm": ARM_PLANE_Z_MM},
+        "joints": [{"servo": i + 1, "direction": sign, **joint} for i, sign in enumerate(directions)],
+        "motion": {"max_step_rad": 0.5, "speed_rad_s": 1.5, "start_speed_rad_s": 0.5},
+    }
+
+
+class EmulatedBench:
+    """Starts the emulated Arduino, the arm and the stream in a process of their own; use as a context manager.
+
+    `make_world` is called in that process, so it must be a function of a module; `speed` is the emulated time's.
+    """
+
+    def __init__(
+        self,
+        make_world: Callable[[], World] = paper_world,
+        *,
+        sensor: Sensor | None = None,
+        shadows: bool = False,
+        speed: float = 1.0,
+    ) -> None:
+        self._make_world = make_world
+        self._sensor = Sensor() if sensor is None else sensor
+        self._shadows = shadows
+        self._speed = speed
+        self._folder: tempfile.TemporaryDirectory[str] | None = None
+        self._process: multiprocessing.process.BaseProcess | None = None
+        self._pipe: Connection | None = None
+
+    def start(self) -> None:
+        """Start everything and write the bench file; raises `JobError` where the emulator cannot be built or run."""
+        self._folder = tempfile.TemporaryDirectory(prefix="armtwin-bench-")
+        write_camera(self.bench_file.parent / "camera.yaml", nominal_camera())
+        self._write("/dev/null", "http://127.0.0.1/")
+        servo_map = read_bench(self.bench_file).servo_map
+        context = multiprocessing.get_context("spawn")  # an OpenGL context does not live through a fork
+        self._pipe, theirs = context.Pipe()
+        self._process = context.Process(
+            target=film,
+            args=(theirs, self._make_world, servo_map, self._sensor, self._shadows, self._speed),
+            name="emulated-bench",
+            daemon=True,
+        )
+        self._process.start()
+        theirs.close()
+        match self._receive(START_TIMEOUT_S):
+            case ("ready", str(port), str(url)):
+                self._write(port, url)
+            case ("failed", message):
+                self.close()
+                raise JobError(f"emulated bench: {message}")
+
+    def close(self) -> None:
+        """End everything. May be called twice."""
+        if self._pipe is not None:
+            self._pipe.close()
+            self._pipe = None
+        if self._process is not None:
+            self._process.join(10.0)
+            if self._process.is_alive():
+                self._process.kill()
+                self._process.join()
+            self._process = None
+        if self._folder is not None:
+            self._folder.cleanup()
+            self._folder = None
+
+    def __enter__(self) -> EmulatedBench:
+        self.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    @property
+    def bench_file(self) -> Path:
+        """The bench file; the camera file stands beside it."""
+        if self._folder is None:
+            raise JobError("the emulated bench is not running")
+        return Path(self._folder.name) / "bench.toml"
+
+    def tell(self, *words: object) -> tuple[Any, ...]:
+        """Make something happen, as `emulated_film` lists it: ("unplug",), ("late", 1.0), ("hide", "b") ..."""
+        if self._pipe is None:
+            raise JobError("the emulated bench is not running")
+        try:
+            self._pipe.send(words)
+        except BrokenPipeError:
+            raise JobError("the emulated bench has ended") from None
+        return self._receive(30.0)[1:]
+
+    def widths_us(self) -> Array:
+        """(3,) pulse widths on the servo pins now, us; NaN for a limp servo."""
+        widths: Array = self.tell("widths")[0]
+        return widths
+
+    def _receive(self, timeout_s: float) -> tuple[Any, ...]:
+        if self._pipe is None or not self._pipe.poll(timeout_s):
+            raise JobError(f"the emulated bench did not answer in {timeout_s:g} s")
+        try:
+            answer: tuple[Any, ...] = self._pipe.recv()
+        except (EOFError, ConnectionResetError):
+            raise JobError("the emulated bench has ended") from None
+        return answer
+
+    def _write(self, port: str, url: str) -> None:
+        self.bench_file.write_text(tomli_w.dumps(bench_table(port, url)), "utf-8")

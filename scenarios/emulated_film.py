@@ -1,0 +1,192 @@
+"""The other half of the emulated bench: pulses from the emulated Arduino move the simulated arm, which is filmed.
+
+    AVR pins --pulse widths--> servo map --angles--> MuJoCo --poses--> lens, sensor --JPEG--> MJPEG over HTTP
+
+Runs in a process of its own (`film`), as the camera and the arm of a real bench go on whatever the host does. It obeys
+words from a pipe, and ends when the pipe closes.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections import deque
+from collections.abc import Callable
+from dataclasses import replace
+from multiprocessing.connection import Connection
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from hardware.emulator import FirmwareEmulator
+from hardware.emulator.mjpeg import MjpegServer, to_jpeg
+from hardware.servo_map import ServoMap
+from models.camera import project
+from models.errors import ArmtwinError
+from models.frames import robot_to_board
+from models.units import MM_PER_M
+from models.world import World
+from sim.physics.simulation import ArmSimulation
+from sim.render import LensRenderer, arm_parts, clutter_parts, panel_parts, robot_bodies_on_board
+from sim.sensor import Sensor, expose
+
+Array = NDArray[np.float64]
+Linear = NDArray[np.float32]
+
+FRAME_PERIOD_S = 1.0 / 30.0  # a usual webcam's
+PULSE_PERIOD_S = 0.02
+# Poses closer than this look alike: a hundredth of a pixel at the tip.
+_SAME_RAD = 1e-5
+# A hand before a marker, px: wider than the sticker.
+_HAND_RADIUS_PX = 60
+
+
+class Faults:
+    """What happens to the stream: words from the pipe change it."""
+
+    def __init__(self) -> None:
+        self.frozen = False
+        self.stalled = False
+        self.delay_s = 0.0
+        self.hidden: set[str] = set()
+        self.payload_kg = 0.0
+
+
+class Film:
+    """The arm of a world, turned by pulses and seen by the world's true camera."""
+
+    def __init__(self, world: World, servo_map: ServoMap, sensor: Sensor, shadows: bool) -> None:
+        self._world = world
+        self._servo_map = servo_map
+        self._arm = ArmSimulation(world)
+        base = world.base_in_board_mm
+        n = world.arm.n_joints
+        lengths = world.arm.link_lengths_mm + world.deviation.lengths_mm
+        parts = [*panel_parts(), *clutter_parts(base), *arm_parts(lengths, n_joints=n)]
+        self._renderer = LensRenderer(world.true_camera, parts, shadows=shadows)
+        self._blur = sensor.blur_sigma_px
+        self._sensor = replace(sensor, blur_sigma_px=0.0)
+        self._rng = np.random.default_rng(0)
+        self._names = [self._arm.model.body(i).name for i in range(1, self._arm.model.nbody)]
+        self._angles = np.zeros(n)
+        self._emulated_s = 0.0
+        self._seen: Array | None = None
+        self._light: Linear = np.empty((0, 0, 3), np.float32)
+
+    def advance(self, widths_us: Array, now_s: float) -> None:
+        """Let the arm follow the pulses until `now_s` of emulated time; a servo without pulses stays where it is."""
+        driven = np.isfinite(widths_us)
+        held = self._servo_map.pulses_us(self._angles)
+        self._angles = self._servo_map.angles_rad(np.where(driven, widths_us, held))
+        while self._emulated_s + PULSE_PERIOD_S <= now_s:
+            self._arm.drive(self._angles, PULSE_PERIOD_S)
+            self._emulated_s += PULSE_PERIOD_S
+
+    def picture(self, hidden: set[str]) -> NDArray[np.uint8]:
+        """Film the arm as it stands: (H, W, 3) BGR, new noise each time."""
+        qpos = np.array(self._arm.data.qpos)
+        if self._seen is None or np.abs(qpos - self._seen).max() > _SAME_RAD:
+            light = self._renderer.render_linear(robot_bodies_on_board(self._bodies(), self._world.base_in_board_mm))
+            self._light = np.asarray(cv2.GaussianBlur(light, (0, 0), self._blur), np.float32) if self._blur else light
+            self._seen = qpos
+        light = self._light
+        if hidden:
+            light = light.copy()
+            for u, v in self._marker_pixels(hidden):
+                cv2.circle(light, (round(u), round(v)), _HAND_RADIUS_PX, (0.35, 0.40, 0.55), -1, cv2.LINE_AA)
+        return expose(light, self._sensor, self._rng)
+
+    def hang(self, payload_kg: float) -> None:
+        """Hang a mass at the tip."""
+        self._arm.hang(payload_kg)
+
+    def close(self) -> None:
+        """Free the renderer."""
+        self._renderer.close()
+
+    def _bodies(self) -> dict[str, Array]:
+        poses = {"base": np.eye(4)}
+        for i, name in enumerate(self._names, start=1):
+            T = np.eye(4)
+            T[:3, :3] = self._arm.data.xmat[i].reshape(3, 3)
+            T[:3, 3] = self._arm.data.xpos[i] * MM_PER_M
+            poses[name] = T
+        return poses
+
+    def _marker_pixels(self, names: set[str]) -> Array:
+        points = self._arm.markers_mm()[[self._arm.marker_names.index(name) for name in sorted(names)]]
+        return project(self._world.true_camera, robot_to_board(points, self._world.base_in_board_mm))
+
+
+def film(
+    pipe: Connection, make_world: Callable[[], World], servo_map: ServoMap, sensor: Sensor, shadows: bool, speed: float
+) -> None:
+    """Run the emulated bench until the pipe closes: the child's whole life.
+
+    Sends ("ready", port, url) or ("failed", message) first; then answers each word with ("done",) or its result.
+    """
+    try:
+        with FirmwareEmulator(speed=speed) as board, MjpegServer() as server:
+            scene = Film(make_world(), servo_map, sensor, shadows)
+            server.publish(to_jpeg(scene.picture(set())))
+            pipe.send(("ready", board.port, server.url))
+            _run(pipe, board, server, scene)
+            scene.close()
+    except ArmtwinError as error:
+        pipe.send(("failed", str(error)))
+    except (EOFError, BrokenPipeError):
+        return
+
+
+def _run(pipe: Connection, board: FirmwareEmulator, server: MjpegServer, scene: Film) -> None:
+    faults = Faults()
+    queue: deque[tuple[float, bytes]] = deque()
+    parent = os.getppid()
+    due_s = time.monotonic()
+    shown = b""
+    while os.getppid() == parent:  # a parent that was killed closes no pipe that a grandchild still holds
+        while pipe.poll(max(0.0, due_s - time.monotonic())):
+            pipe.send(_obey(pipe.recv(), board, server, faults))
+        due_s = max(due_s + FRAME_PERIOD_S, time.monotonic())
+        for pulse in board.drain():
+            if pulse.servo == 0:  # once a period
+                scene.advance(board.widths_us(), pulse.time_s)
+        scene.advance(board.widths_us(), board.time_s)
+        scene.hang(faults.payload_kg)
+        if faults.stalled:
+            continue
+        if faults.frozen:
+            server.publish(shown)
+            continue
+        queue.append((time.monotonic() + faults.delay_s, to_jpeg(scene.picture(faults.hidden))))
+        while queue and queue[0][0] <= time.monotonic():
+            shown = queue.popleft()[1]
+            server.publish(shown)
+
+
+def _obey(
+    words: tuple[object, ...], board: FirmwareEmulator, server: MjpegServer, faults: Faults
+) -> tuple[object, ...]:
+    match words:
+        case ("widths",):
+            return ("done", board.widths_us())
+        case ("unplug" | "plug" | "reset" as word,):
+            {"unplug": board.unplug, "plug": board.plug, "reset": board.reset}[str(word)]()
+        case ("freeze", bool(on)):
+            faults.frozen = on
+        case ("stall", bool(on)):
+            faults.stalled = on
+        case ("late", float(seconds)):
+            faults.delay_s = seconds
+        case ("hide", str(name)):
+            faults.hidden.add(name)
+        case ("show", str(name)):
+            faults.hidden.discard(name)
+        case ("payload", float(mass)):
+            faults.payload_kg = mass
+        case ("drop",):
+            server.drop_clients()
+        case _:
+            raise ValueError(f"unknown words {words}")
+    return ("done",)
