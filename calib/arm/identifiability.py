@@ -9,11 +9,13 @@ F is seen and its orientation never changes.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from calib.arm.chain import Chain
+from models.arm import Arm
 from models.errors import InputError
 
 Array = NDArray[np.float64]
@@ -58,7 +60,7 @@ def analyse(chain: Chain, J: Array, markers: tuple[str, ...], q_cmd: Array) -> I
     n_links = len(chain.names)
     values, directions = _singular(J[:, :n_links] * chain.spreads, J[:, n_links:])
     known = (values > 1.0) & (values > _ROUNDING * values[0])
-    structural = _structural_rank(chain, markers)
+    structural = _structural_rank(chain.arm.name, tuple(chain.arm.link_lengths_mm), markers)
     identifiable = int(known.sum())
     open_names = _open_parameters(chain.names, directions[~known], chain, markers)
     if identifiable == 0:
@@ -89,9 +91,11 @@ def _singular(J_links: Array, J_base: Array) -> tuple[Array, Array]:
     return padded, Vt
 
 
-def _structural_rank(chain: Chain, markers: tuple[str, ...]) -> int:
-    """How many link parameters these markers could tell if the poses were as varied as can be."""
-    arm = chain.arm
+@lru_cache(maxsize=64)
+def _structural_rank(name: str, link_lengths_mm: tuple[float, ...], markers: tuple[str, ...]) -> int:
+    """How many link parameters of this arm these markers could tell if the poses were as varied as can be."""
+    arm = Arm(name, np.array(link_lengths_mm), np.zeros(2))
+    chain = Chain(arm)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (4 * arm.n_joints + 4, arm.n_joints))
     _, slope = chain.coefficients(np.zeros(len(chain.names)))
     moved = np.concatenate([chain.directions(q, name) @ slope for name in markers]) * chain.spreads

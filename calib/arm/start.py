@@ -39,7 +39,9 @@ def start(chain: Chain, observations: Observations, camera: Camera, arm_plane_z_
     change = np.zeros(A.shape[1], dtype=complex)
     for _ in range(_REWEIGHTINGS):
         Aw = A.conj().T * weight
-        change = np.linalg.solve(Aw @ A + weak, Aw @ target)
+        before, change = change, np.linalg.solve(Aw @ A + weak, Aw @ target)
+        if np.abs(change - before).max() < _SMALL_MM:
+            break
         weight = finite * _SMALL_MM / np.maximum(np.abs(target - A @ change), _SMALL_MM)
     coefficients = drawn + change[1:]
     return np.concatenate([_link_parameters(chain, coefficients, drawn), [-change[0].real, change[0].imag]])
