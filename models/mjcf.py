@@ -43,6 +43,9 @@ SOLIMP = [0.9999, 0.9999, 0.001, 0.5, 2.0]
 # How far beyond the heaviest pose a servo must be able to hold (TowerPro's sheet gives no holding torque).
 _TORQUE_RESERVE = 3.0
 
+# Keeps coaxial hinges apart numerically; about a nominal rotor's, and no resting angle depends on it.
+HINGE_INERTIA_KG_M2 = 1e-3
+
 # Two hinges at Gauss's points of a link deflect and turn its end exactly as a bent beam does, for end loads and for
 # its own even weight (the moments times the lever arms are polynomials of degree 3 along it).
 BEND_AT = (0.5 - 0.5 / math.sqrt(3.0), 0.5 + 0.5 / math.sqrt(3.0))
@@ -109,8 +112,7 @@ def tip_mass_kg(arm: Arm) -> float:
 def add_series_hinge(spec: mujoco.MjSpec, joint: int, name: str) -> mujoco.MjsJoint:
     """Add to link `joint` (from 1) a second hinge on the axis of its servo: a place where it can give or play."""
     axis = spec.joint(f"joint{joint}").axis
-    # The rotor's inertia again: it keeps the two coaxial hinges apart numerically and changes no resting angle.
-    hinge = spec.body(f"link{joint}").add_joint(name=name, axis=axis, armature=spec.joint(f"joint{joint}").armature)
+    hinge = spec.body(f"link{joint}").add_joint(name=name, axis=axis, armature=HINGE_INERTIA_KG_M2)
     hinge.solref_limit = SOLREF
     hinge.solimp_limit = SOLIMP
     return hinge
@@ -119,8 +121,8 @@ def add_series_hinge(spec: mujoco.MjSpec, joint: int, name: str) -> mujoco.MjsJo
 def add_spring(spec: mujoco.MjSpec, joint: int, name: str, compliance_rad_per_nm: float) -> mujoco.MjsJoint:
     """Add to link `joint` (from 1) a damped torsion spring in series with its servo."""
     hinge = add_series_hinge(spec, joint, name)
-    hinge.stiffness = 1.0 / compliance_rad_per_nm
-    hinge.damping = SPRING_TIME_S / compliance_rad_per_nm
+    hinge.stiffness[0] = 1.0 / compliance_rad_per_nm
+    hinge.damping[0] = SPRING_TIME_S / compliance_rad_per_nm
     return hinge
 
 
@@ -194,7 +196,8 @@ def _add_servo(
     )
     stiffness = servo.stiffness_nm_rad
     # At least critically damped: an overshoot would be remembered by play and friction.
-    damping = max(stiffness * servo.loop_time_s, 2.0 * math.sqrt(stiffness * inertia_kg_m2))
+    inertia = inertia_kg_m2 + servo.rotor_inertia_kg_m2
+    damping = max(stiffness * servo.loop_time_s, 2.0 * math.sqrt(stiffness * inertia))
     actuator = spec.add_actuator(
         name=f"servo{number}", target=f"joint{number}", trntype=mujoco.mjtTrn.mjTRN_JOINT, forcelimited=True
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -12,6 +12,10 @@ from pydantic import Field
 from models.validation import NotNegative, Positive, Strict, check
 
 NOMINAL_SERVO = Path(__file__).parent / "nominal" / "servo.toml"
+
+# Critically damped these take 2 sqrt(200 x 0.03) = 5 N m s/rad; over a step of 4 ms that is 0.02 kg m2, below 0.03.
+_GENTLE_STIFFNESS_NM_RAD = 200.0
+_GENTLE_INERTIA_KG_M2 = 0.03
 
 
 @dataclass(frozen=True)
@@ -26,6 +30,7 @@ class Servo:
         pulse_range_us, travel_rad: pulse widths at both ends, and the angle between them.
         frame_period_s: period of the command pulses.
         stiffness_nm_rad: torque of the control loop for each radian of error.
+        loop_time_s: time constant with which the control loop closes an error.
         friction_nm: dry friction of the gear train.
         rotor_inertia_kg_m2: inertia of the rotor seen through the gear.
         approach_speed_rad_s: speed at which a new command is approached.
@@ -42,6 +47,7 @@ class Servo:
     travel_rad: float
     frame_period_s: float
     stiffness_nm_rad: float
+    loop_time_s: float
     friction_nm: float
     rotor_inertia_kg_m2: float
     approach_speed_rad_s: float
@@ -72,6 +78,7 @@ class _ServoFile(Strict):
     travel_rad: Positive
     frame_period_s: Positive
     stiffness_nm_rad: Positive
+    loop_time_s: Positive
     friction_nm: NotNegative
     rotor_inertia_kg_m2: Positive
     approach_speed_rad_s: Positive
@@ -87,3 +94,17 @@ def read_servo(path: Path) -> Servo:
 def nominal_servo() -> Servo:
     """Return the servo of the nominal arm, a TowerPro MG996R."""
     return read_servo(NOMINAL_SERVO)
+
+
+def gentle(servo: Servo) -> Servo:
+    """Return the servo with a stiffer loop, a heavier rotor and half the approach speed; it rests at the same angles.
+
+    Play and friction remember every overshoot, so a link must not coast ahead of its horn; and MuJoCo resolves stops
+    and dry friction by the inertias alone, so these must outweigh the loop's damping over a time step.
+    """
+    return replace(
+        servo,
+        stiffness_nm_rad=_GENTLE_STIFFNESS_NM_RAD,
+        rotor_inertia_kg_m2=_GENTLE_INERTIA_KG_M2,
+        approach_speed_rad_s=0.5 * servo.approach_speed_rad_s,
+    )

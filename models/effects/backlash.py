@@ -7,6 +7,7 @@ otherwise. Where gravity can shift the link inside its gap, the loaded edge carr
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.mjcf import SOLIMP, SOLREF, add_series_hinge, heaviest_torque_nm
+from models.servo import gentle
 from models.world import World, joint_index
 
 Array = NDArray[np.float64]
@@ -72,7 +74,9 @@ def _joint(site: Site) -> int:
 
 # A tight printed bearing: what it holds beyond the arm's own weight.
 _BEARING_RESERVE = 1.5
-_BEARING_FRICTION_NM = 0.05
+_BEARING_FRICTION_NM = 0.1
+# Grease in the bearing: a link does not coast through the gap, and one that falls through it does not bounce.
+_GREASE_NMS_RAD = 0.2
 
 
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
@@ -96,10 +100,11 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
         bearing.wrap_joint(f"joint{number}", 1.0)
         bearing.wrap_joint(f"gap{number}", 1.0)
         bearing.frictionloss = friction
+        bearing.damping[0] = _GREASE_NMS_RAD
         bearing.solref_friction = SOLREF
         bearing.solimp_friction = SOLIMP
 
-    return world.with_mechanism(mechanism)
+    return replace(world, servo=gentle(world.servo)).with_mechanism(mechanism)
 
 
 EFFECT = Effect(

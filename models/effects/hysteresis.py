@@ -7,6 +7,7 @@ lag approaches its saturated value exponentially over the travelled angle.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -17,6 +18,7 @@ from models.effects.context import Context
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.errors import InputError
 from models.mjcf import SPRING_TIME_S, add_series_hinge
+from models.servo import gentle
 from models.world import World, joint_index
 
 Array = NDArray[np.float64]
@@ -79,8 +81,8 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
 
     def mechanism(spec: mujoco.MjSpec) -> None:
         hinge = add_series_hinge(spec, number, f"lag{number}")
-        hinge.stiffness = drive
-        hinge.damping = SPRING_TIME_S * drive
+        hinge.stiffness[0] = drive
+        hinge.damping[0] = SPRING_TIME_S * drive
         for k, (spring, give) in enumerate(zip(stiffness, travel, strict=True)):
             bristle = spec.add_tendon(name=f"bristle{number}_{k}")  # its length is the link's angle against the frame
             bristle.wrap_joint(f"joint{number}", 1.0)
@@ -89,7 +91,7 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
             bristle.springlength = [0.0, 0.0]
             bristle.springyield = give
 
-    return world.with_mechanism(mechanism, relieved=(f"lag{number}",))
+    return replace(world, servo=gentle(world.servo)).with_mechanism(mechanism, relieved=(f"lag{number}",))
 
 
 def _physical_bristles(lag: float, length: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from models.effects.context import Context
 from models.effects.gravity_sag import needs_gravity
 from models.effects.registry import Effect, Parameter, Site, Stage
-from models.mjcf import BEND_AT, SPRING_TIME_S
+from models.mjcf import BEND_AT, HINGE_INERTIA_KG_M2, SPRING_TIME_S
 from models.world import World, joint_index
 
 Array = NDArray[np.float64]
@@ -70,9 +70,9 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
         compliance = flexibility * float(np.linalg.norm(along)) / len(BEND_AT)
         for body, anchor in ((middle, 0.0 * along), (end, (far - 1.0) * along)):
             hinge = body.add_joint(name=f"bend_{body.name}", axis=[0, 0, 1], pos=anchor)
-            hinge.armature = spec.joint(f"joint{number}").armature
-            hinge.stiffness = 1.0 / compliance
-            hinge.damping = SPRING_TIME_S / compliance
+            hinge.armature = HINGE_INERTIA_KG_M2
+            hinge.stiffness[0] = 1.0 / compliance
+            hinge.damping[0] = SPRING_TIME_S / compliance
 
     return replace(world, bendable=(*world.bendable, number)).with_mechanism(mechanism)
 

@@ -24,10 +24,10 @@ Array = NDArray[np.float64]
 
 # Steps between two looks at the arm: 40 ms, two loop times.
 _CHUNK = 10
-# At rest: what is left to go is this speed times the loop's 20 ms, so 1e-6 rad.
-_REST_RAD_S = 5e-5
+# At rest: what is left to go is this speed times the loop's 20 ms, so 2e-6 rad.
+_REST_RAD_S = 1e-4
 _TRIM_ROUNDS = 8
-_TRIM_DONE_RAD = 1e-6
+_TRIM_DONE_RAD = 2e-6
 # A pose takes at most this long: a full turn at approach speed, and as much again to settle.
 _LONGEST_MOVE_S = 8.0
 
