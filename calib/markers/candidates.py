@@ -7,6 +7,7 @@ the level that lies nearest to half its height, where blur does not move its out
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import cv2
@@ -16,8 +17,8 @@ from numpy.typing import NDArray
 from calib.markers.disc import Array, DetectorConfig, Image
 from models.errors import InputError
 
-# Levels a factor of 1.5 apart: one of them lies between 0.41 and 0.61 of any blob's height.
-_LEVEL_RATIO = 1.5
+# Levels a factor of 1.6 apart: one of them lies between 0.4 and 0.63 of any blob's height.
+_LEVEL_RATIO = 1.6
 # A picture whose redness stays below this nowhere shows colour (grey levels; noise of 8 leaves 4 in the half picture).
 _COLOURLESS = 40
 # The most candidates that are measured, largest share of a disc's shape first; a picture of clutter stays affordable.
@@ -37,7 +38,7 @@ class Candidate:
     @property
     def radius(self) -> float:
         """Geometric mean of the semi-axes, px."""
-        return float(np.sqrt(np.linalg.det(self.shape)))
+        return _radius(self.shape)
 
 
 def red_channel(image: Image) -> Image:
@@ -50,15 +51,9 @@ def red_channel(image: Image) -> Image:
 def find_candidates(image: Image, config: DetectorConfig) -> list[Candidate]:
     """Return the blobs of a picture that may be discs, likeliest first."""
     signal = _search_picture(image)
-    found: list[tuple[float, Candidate]] = []
-    for level in _levels(signal, config.min_contrast):
-        _, binary = cv2.threshold(signal, level, 255, cv2.THRESH_BINARY)
-        outlines, _ = cv2.findContours(binary, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-        for outline in outlines:
-            candidate = _candidate(outline, config)
-            if candidate is not None:
-                found.append((_level_fit(signal, candidate, level), candidate))
-    return _distinct(found)[:_MOST]
+    candidates = [_first_ellipse(blob.outline) for blob in _distinct_blobs(signal, config)]
+    usable = [c for c in candidates if c is not None and _is_disc_sized(c, config)]
+    return sorted(usable, key=lambda c: -c.score)[:_MOST]
 
 
 def _search_picture(image: Image) -> Image:
@@ -68,36 +63,64 @@ def _search_picture(image: Image) -> Image:
     if half.ndim == 3:
         blue, green, red = cv2.split(half)
         redness = cv2.subtract(red, cv2.max(green, blue))
-        half = redness if int(redness.max()) >= _COLOURLESS else red
-    smooth: Image = cv2.GaussianBlur(half, (3, 3), 0)
-    return smooth
+        half = redness if redness.max() >= _COLOURLESS else red
+    return np.asarray(cv2.GaussianBlur(half, (3, 3), 0), dtype=np.uint8)
 
 
-def _levels(signal: Image, lowest: float) -> list[float]:
-    top = float(signal.max())
-    n = max(0, int(np.ceil(np.log(max(top / lowest, 1.0)) / np.log(_LEVEL_RATIO))))
-    return [lowest * _LEVEL_RATIO**i for i in range(n)]
+@dataclass(frozen=True)
+class _Blob:
+    """An outline (P, 1, 2) in the half-size picture with its box's middle and size, and how ill its level fits."""
+
+    outline: NDArray[np.int32]
+    x: float
+    y: float
+    size: float
+    misfit: float
 
 
-def _candidate(outline: NDArray[np.int32], config: DetectorConfig) -> Candidate | None:
-    """First ellipse of one outline in the half-size picture, or None where it can be no disc."""
-    _, _, width, height = cv2.boundingRect(outline)
-    # An outline runs through the outermost pixels' centres, so a disc of radius r (whole px) is about r - 1 wide here.
-    if max(width, height) < config.min_radius_px - 1 or min(width, height) > config.max_radius_px + 4:
-        return None
+def _distinct_blobs(signal: Image, config: DetectorConfig) -> list[_Blob]:
+    """Blobs of about a disc's size, each at the level nearest to half its height."""
+    found: list[_Blob] = []
+    level, top = config.min_contrast, float(signal.max())
+    while level < top:
+        _, binary = cv2.threshold(signal, level, 255, cv2.THRESH_BINARY)
+        outlines, _ = cv2.findContours(binary, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        for outline in outlines:
+            left, upper, width, height = cv2.boundingRect(outline)
+            if len(outline) < 4 or max(width, height) + 2 < config.min_radius_px:
+                continue
+            if min(width, height) - 2 > config.max_radius_px:
+                continue
+            x, y = left + 0.5 * (width - 1), upper + 0.5 * (height - 1)
+            misfit = abs(math.log(2.0 * level / max(float(signal[round(y), round(x)]), level)))
+            found.append(_Blob(np.asarray(outline, dtype=np.int32), x, y, max(width, height), misfit))
+        level *= _LEVEL_RATIO
+    kept: list[_Blob] = []
+    for blob in sorted(found, key=lambda b: b.misfit):
+        if all(math.hypot(blob.x - k.x, blob.y - k.y) > 0.3 * max(blob.size, k.size) for k in kept):
+            kept.append(blob)
+    return kept
+
+
+def _first_ellipse(outline: NDArray[np.int32]) -> Candidate | None:
+    """First ellipse of an outline, or None where too little of it lies on any."""
     points = outline[:, 0].astype(float)
-    if len(points) < 6:
-        return None
     ellipse = _whole_outline(points, outline) or _part_of_outline(points)
     if ellipse is None:
         return None
-    centre, shape, inliers = ellipse
-    shape = shape + 0.4 * shape / max(np.sqrt(abs(np.linalg.det(shape))), 1e-6)  # inner pixels: the edge is outside
-    candidate = Candidate(2.0 * centre + 0.5, 2.0 * shape, inliers)
-    axes = np.linalg.eigvalsh(candidate.shape)
-    if not config.min_radius_px <= candidate.radius <= config.max_radius_px or axes[0] < 0.5 * axes[1]:
-        return None
-    return candidate
+    centre, shape, score = ellipse
+    # An outline runs through the outermost pixels' centres, so that the edge is nearly half a pixel outside.
+    shape = shape * (1.0 + 0.45 / _radius(shape))
+    return Candidate(2.0 * centre + 0.5, 2.0 * shape, score)
+
+
+def _is_disc_sized(candidate: Candidate, config: DetectorConfig) -> bool:
+    # The measurement decides; a first radius may be a pixel off.
+    return config.min_radius_px - 1.0 <= candidate.radius <= config.max_radius_px + 1.0
+
+
+def _radius(shape: Array) -> float:
+    return max(math.sqrt(abs(shape[0, 0] * shape[1, 1] - shape[0, 1] * shape[1, 0])), 0.5)
 
 
 def _tolerance(radius: float) -> float:
@@ -121,15 +144,18 @@ def _whole_outline(points: Array, outline: NDArray[np.int32]) -> tuple[Array, Ar
 
 
 def _square_root(matrix: Array) -> Array:
-    values, vectors = np.linalg.eigh(matrix)
-    root: Array = (vectors * np.sqrt(np.maximum(values, 1e-9))) @ vectors.T
-    return root
+    """Square root of a symmetric 2 x 2 matrix, by Cayley and Hamilton."""
+    root = math.sqrt(max(matrix[0, 0] * matrix[1, 1] - matrix[0, 1] ** 2, 1e-9))
+    square_root: Array = (matrix + root * np.eye(2)) / math.sqrt(matrix[0, 0] + matrix[1, 1] + 2.0 * root)
+    return square_root
 
 
 def _inliers(points: Array, centre: Array, shape: Array) -> float:
-    radius = np.sqrt(abs(np.linalg.det(shape)))
-    distance = (np.linalg.norm(np.linalg.solve(shape, (points - centre).T), axis=0) - 1.0) * radius
-    return float((np.abs(distance) < _tolerance(radius)).mean())
+    """Share of the points that lie on an ellipse."""
+    radius = _radius(shape)
+    on_circle = (points - centre) @ np.linalg.inv(shape)
+    distance = (np.hypot(on_circle[:, 0], on_circle[:, 1]) - 1.0) * radius
+    return float(np.count_nonzero(np.abs(distance) < _tolerance(radius))) / len(points)
 
 
 def _part_of_outline(points: Array) -> tuple[Array, Array, float] | None:
@@ -144,8 +170,8 @@ def _part_of_outline(points: Array) -> tuple[Array, Array, float] | None:
         return None
     p, u, v, twice_area = p[usable], u[usable], v[usable], twice_area[usable]
     uu, vv = (u * u).sum(axis=1), (v * v).sum(axis=1)
-    offset = np.stack([v[:, 1] * uu - u[:, 1] * vv, u[:, 0] * vv - v[:, 0] * uu], axis=1) / twice_area[:, None]
-    radius = np.linalg.norm(offset, axis=1)
+    offset: Array = np.stack([v[:, 1] * uu - u[:, 1] * vv, u[:, 0] * vv - v[:, 0] * uu], axis=1) / twice_area[:, None]
+    radius: Array = np.sqrt((offset**2).sum(axis=1))
     distance = np.abs(np.linalg.norm(points[None] - (p + offset)[:, None], axis=2) - radius[:, None])
     inside = distance < _tolerance(radius)[:, None]
     # Points per length of the circle: else a huge circle along a straight side would beat the true arc.
@@ -153,20 +179,5 @@ def _part_of_outline(points: Array) -> tuple[Array, Array, float] | None:
     best = int(np.argmax(share))
     if share[best] < _LEAST_INLIERS:
         return None
-    return (p + offset)[best], radius[best] * np.eye(2), float(share[best])
-
-
-def _level_fit(signal: Image, candidate: Candidate, level: float) -> float:
-    """How far the level is from half the blob's height, as the logarithm of their ratio."""
-    column, row = np.clip(np.rint(0.5 * (candidate.centre - 0.5)), 0, np.array(signal.shape[::-1]) - 1).astype(int)
-    height = max(float(signal[row, column]), 1.0)
-    return abs(float(np.log(2.0 * level / height)))
-
-
-def _distinct(found: list[tuple[float, Candidate]]) -> list[Candidate]:
-    """Keep one candidate of those that overlap, the one found nearest to half its height; likeliest first."""
-    kept: list[Candidate] = []
-    for _, candidate in sorted(found, key=lambda item: item[0]):
-        if all(np.linalg.norm(candidate.centre - k.centre) > 0.6 * max(candidate.radius, k.radius) for k in kept):
-            kept.append(candidate)
-    return sorted(kept, key=lambda c: -c.score)
+    centre: Array = p[best] + offset[best]
+    return centre, float(radius[best]) * np.eye(2), float(share[best])

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 Image = NDArray[np.uint8]
 Method = Literal["subpixel", "paper"]
 

@@ -2,42 +2,40 @@
 
 Along a normal at the distance n from the edge, outside positive, a blurred disc reads
 
-    I(n) = ground + (face - ground) * Phi(-n / s),
+    I(n) = ground + (face(n) - ground) * Phi(-n / s),
 
 Phi the Gaussian distribution function and s the blur with the pixel's own width in it. The displacement of each edge
 point is its least-squares estimate, one matched-filter step per pass: sum(g r) / sum(g^2) with g = dI/dn and r the
-remainder. Passes move the ellipse, so that the step is short in the last one. The face is allowed a linear shading
-(vignetting, uneven light) and the ground may differ from normal to normal, since an error of these levels moves
-opposite edges the same way. Each is shrunk towards a constant as far as its scatter is what noise alone would give
-(James and Stein, 1961), as estimating what is not there costs accuracy.
+remainder. Passes move the ellipse, so that the step is short in the last one.
+
+An error of the levels moves opposite edges the same way, and so the centre: the levels of face and ground are measured
+on each normal (see `levels`), vignetting and uneven light included.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from calib.markers.disc import Array, Image
+from calib.markers.disc import Array, Image, Mask
+from calib.markers.ellipse import semi_axes
+from calib.markers.levels import disc_edges, find_levels, masked_median, mean_where
 
-Mask = NDArray[np.bool_]
-
-# Samples on a normal; with the reach below their spacing stays about a pixel up to a blur of 3 px.
-SAMPLES = 27
+# Largest distance of samples on a normal, px: closer ones add time, not information.
+_SPACING = 0.8
+# Distance of normals on the outline, px: interpolation reads two pixels' width, so none is left out.
+_NORMALS_APART = 1.5
 # Reach of a normal to both sides: 4 blurs and a little more, so that both ends read level.
 _REACH_BLURS, _REACH_PX, _REACH_MOST = 4.0, 1.5, 14.0
 # Reach of the first pass, which does not know the blur and has to forgive a first ellipse a pixel off.
-_FIRST_REACH, _FIRST_REACH_RADII = 10.0, 0.6
-# Distance from the edge, in blurs, beyond which the profile is level to 1.2 % of its height.
-_LEVEL_FROM = 2.25
+_FIRST_REACH, _FIRST_REACH_RADII = 8.0, 0.6
 # A pixel's own width is a blur of 0.29 px and interpolation adds about as much.
 BLUR_LEAST, BLUR_MOST = 0.45, 5.0
-# Shares of the median contrast between which a normal crosses an edge of the disc, and not of something before it.
-_LEAST_CONTRAST, _MOST_CONTRAST = 0.65, 1.5
-# Neighbouring normals share pixels: their noise adds up as if there were fewer of them by about this factor.
-_SHARED = 1.6
+# Bilinear interpolation at uniformly spread places keeps (2/3)^2 of the variance of white pixel noise.
+_INTERPOLATED_NOISE = 4.0 / 9.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,6 +47,9 @@ class EdgePoints:
         mask: (K, T) whether there is an edge of the disc.
         contrast: (K,) grey levels.
         blur: (K,) px.
+        noise: (K,) standard deviation of one pixel about the profile, grey levels.
+        edge_std: (K,) px of one edge point from that noise, as if the noise of the T points were independent.
+        level_std: (K,) px of a coordinate of the centre from the noise of the levels.
 
     """
 
@@ -56,6 +57,9 @@ class EdgePoints:
     mask: Mask
     contrast: Array
     blur: Array
+    noise: Array
+    edge_std: Array
+    level_std: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,23 +71,29 @@ class _Normals:
     n: Array
     grey: Array
     seen: Mask
+    radius: Array
 
 
 def sample(image: Image, x: Array, y: Array) -> Array:
-    """Bilinear grey levels of a (H, W) picture at raw pixels x, y of one shape; NaN outside the picture."""
+    """Bilinear grey levels of a contiguous (H, W) picture at raw pixels x, y of one shape; NaN outside the picture."""
     height, width = image.shape
-    inside = (x >= 0.0) & (y >= 0.0) & (x <= width - 1.0) & (y <= height - 1.0)
     column = np.clip(x, 0.0, width - 1.001).astype(np.intp)
     row = np.clip(y, 0.0, height - 1.001).astype(np.intp)
     fx, fy = x - column, y - row
-    upper = image[row, column] * (1.0 - fx) + image[row, column + 1] * fx
-    lower = image[row + 1, column] * (1.0 - fx) + image[row + 1, column + 1] * fx
+    inside = (np.abs(fx - 0.5) <= 0.501) & (np.abs(fy - 0.5) <= 0.501)
+    flat = image.reshape(-1)
+    at = row * width + column
+    upper = flat.take(at).astype(float)
+    upper += fx * (flat.take(at + 1) - upper)
+    at += width
+    lower = flat.take(at).astype(float)
+    lower += fx * (flat.take(at + 1) - lower)
     return np.where(inside, upper + fy * (lower - upper), np.nan)
 
 
 def n_normals(radius: float) -> int:
-    """Return the number of normals for a disc of this radius, px: one every 1.25 px, so that no pixel is left out."""
-    return int(np.clip(np.ceil(2.0 * np.pi * radius / 1.25 / 8.0), 4, 40)) * 8
+    """Return the number of normals for a disc of this radius, px: close enough to use every pixel."""
+    return int(np.clip(np.ceil(2.0 * np.pi * radius / _NORMALS_APART / 8.0), 4, 40)) * 8
 
 
 def first_edges(image: Image, centre: Array, shape: Array, normals: int) -> EdgePoints:
@@ -92,125 +102,83 @@ def first_edges(image: Image, centre: Array, shape: Array, normals: int) -> Edge
     With p the profile scaled to 1 inside and 0 outside and H the unblurred step, the zeroth moment of p - H is the
     edge's displacement d and its first moment is (blur^2 + d^2) / 2.
     """
-    reach = np.minimum(_FIRST_REACH, _FIRST_REACH_RADII * _minor_axes(shape))
-    lines = _read(image, centre, shape, reach, normals)
-    far = 0.7 * reach[:, None]
-    face, ground = _mean_where(lines.grey, lines.n < -far), _mean_where(lines.grey, lines.n > far)
-    contrast, mask = _disc_edges(face, ground, lines.seen)
-    spacing = lines.n[:, 1] - lines.n[:, 0]
+    lines = _read(image, centre, shape, np.minimum(_FIRST_REACH, _FIRST_REACH_RADII * semi_axes(shape)[:, 1]), normals)
+    far = 0.7 * lines.n[:, -1:]
+    face, ground = mean_where(lines.grey, lines.n < -far), mean_where(lines.grey, lines.n > far)
+    contrast, mask = disc_edges(face, ground, lines.seen)
+    spacing = (lines.n[:, 1] - lines.n[:, 0])[:, None]
     n = lines.n[:, None]
     excess = (lines.grey - ground[..., None]) / contrast[:, None, None] - 0.5 * (1.0 - np.sign(n))
     excess[..., [0, -1]] *= 0.5  # trapezoids
-    shift = excess.sum(axis=-1) * spacing[:, None]
-    second = 2.0 * (n * excess).sum(axis=-1) * spacing[:, None] - shift**2
-    blur = np.sqrt(np.clip(_masked_median(second, mask), BLUR_LEAST**2, BLUR_MOST**2))
-    return _points(lines, shift, mask & (np.abs(shift) < far), contrast, blur)
+    shift = excess.sum(axis=-1) * spacing
+    second = 2.0 * (n * excess).sum(axis=-1) * spacing - shift**2
+    mask &= np.abs(shift) < far
+    blur = np.sqrt(np.clip(masked_median(second, mask), BLUR_LEAST**2, BLUR_MOST**2))
+    none = np.zeros(len(blur))
+    return EdgePoints(_moved(lines, shift, mask), mask, contrast, blur, noise=none, edge_std=none, level_std=none)
 
 
-def find_edges(image: Image, centre: Array, shape: Array, blur: Array, normals: int) -> EdgePoints:
-    """Edge points on `normals` normals of K ellipses that are within half a blur or so of the edge.
+def find_edges(image: Image, centre: Array, shape: Array, normals: int, blur: Array, noise: Array) -> EdgePoints:
+    """Edge points on the normals of K ellipses that are within half a blur or so of the edge.
 
-    `centre` (K, 2), `shape` (K, 2, 2) in raw pixels of the (H, W) picture; `blur` (K,) px is improved by one step.
+    `centre` (K, 2), `shape` (K, 2, 2) in raw pixels of the (H, W) picture; `blur` (K,) px and `noise` (K,) grey levels
+    (0 if unknown) are the last pass's.
     """
-    reach = np.minimum(np.minimum(_REACH_BLURS * blur + _REACH_PX, _REACH_MOST), 0.85 * _minor_axes(shape))
+    reach = np.minimum(np.minimum(_REACH_BLURS * blur + _REACH_PX, _REACH_MOST), 0.85 * semi_axes(shape)[:, 1])
     lines = _read(image, centre, shape, reach, normals)
-    far = np.minimum(_LEVEL_FROM * blur, 0.7 * reach)[:, None]
-    face, ground = _mean_where(lines.grey, lines.n < -far), _mean_where(lines.grey, lines.n > far)
-    contrast, mask = _disc_edges(face, ground, lines.seen)
-    face, ground = _linear_face(face, mask), _local_ground(ground, mask)
-    height = face - ground
+    levels = find_levels(lines.grey, lines.n, lines.radius, lines.seen, blur, noise)
+    mask = levels.mask
 
     scaled = lines.n / blur[:, None]
-    inside = ndtr(-scaled)
     slope = np.exp(-0.5 * scaled**2) / (np.sqrt(2.0 * np.pi) * blur[:, None])
-    remainder = (lines.grey - ground[..., None]) / height[..., None] - inside[:, None]
-    shift = (remainder @ slope[..., None])[..., 0] / (slope**2).sum(axis=-1, keepdims=True)
-    # d profile / d blur = slope n / blur: odd about the edge where the shift is even, so each is found on its own.
+    height = (levels.face - levels.ground + levels.shading)[..., None]
+    face = levels.face[..., None] + levels.shading[..., None] * levels.lever[:, None]
+    profile = levels.ground[..., None] + (face - levels.ground[..., None]) * ndtr(-scaled)[:, None]
+    remainder = (lines.grey - profile) / np.maximum(height, 1.0)
+    power = (slope**2).sum(axis=-1, keepdims=True)
+    shift = (remainder @ slope[..., None])[..., 0] / power
+    # d profile / d blur = slope n / blur: odd about the edge where the slope is even, so each is found on its own.
     widening = slope * scaled
     wider = (remainder @ widening[..., None])[..., 0] / (widening**2).sum(axis=-1, keepdims=True)
-    new_blur = np.clip(blur + np.clip(_masked_median(wider, mask), -0.3 * blur, 0.3 * blur), BLUR_LEAST, BLUR_MOST)
-    return _points(lines, shift, mask & (np.abs(shift) < 1.5 * blur[:, None]), contrast, new_blur)
+    growth = np.clip(masked_median(wider, mask), -0.3 * blur, 0.3 * blur)
+    mask &= np.abs(shift) < 1.5 * blur[:, None]
 
-
-def _minor_axes(shape: Array) -> Array:
-    minor: Array = np.linalg.svd(shape, compute_uv=False)[:, -1]
-    return minor
+    relative_noise = np.sqrt(masked_median((remainder**2).mean(axis=-1), mask) / _INTERPOLATED_NOISE)
+    arc = 2.0 * np.pi * lines.radius / normals
+    # As if each point had the pixels of its arc to itself: noise^2 / (arc * integral of slope^2 = 1 / (2 sqrt(pi) s)).
+    edge_std = relative_noise * np.sqrt(2.0 * np.sqrt(np.pi) * blur / arc)
+    return EdgePoints(
+        points=_moved(lines, shift, mask),
+        mask=mask,
+        contrast=levels.contrast,
+        blur=np.clip(blur + growth, BLUR_LEAST, BLUR_MOST),
+        noise=relative_noise * levels.contrast,
+        edge_std=edge_std,
+        level_std=np.sqrt(np.pi) * blur * levels.std / levels.contrast,
+    )
 
 
 def _read(image: Image, centre: Array, shape: Array, reach: Array, normals: int) -> _Normals:
-    angle = 2.0 * np.pi * np.arange(normals) / normals
-    circle = np.stack([np.cos(angle), np.sin(angle)])
+    circle = _circle(normals)
     feet = centre[:, None] + (shape @ circle).transpose(0, 2, 1)
     directions = (np.linalg.inv(shape).transpose(0, 2, 1) @ circle).transpose(0, 2, 1)
-    directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
-    n = reach[:, None] * np.linspace(-1.0, 1.0, SAMPLES)
+    directions /= np.sqrt((directions**2).sum(axis=-1, keepdims=True))
+    half = int(np.ceil(reach.max() / _SPACING))
+    n = reach[:, None] * np.linspace(-1.0, 1.0, 2 * half + 1)
     x, y = (feet[:, :, None, i] + n[:, None] * directions[:, :, None, i] for i in range(2))
     grey = sample(image, x, y)
-    seen = ~np.isnan(grey[..., [0, -1]]).any(axis=-1)  # a straight normal with both ends in the picture is all in it
-    return _Normals(feet, directions, n, np.where(seen[..., None], grey, 0.0), seen)
+    seen: Mask = np.isfinite(grey[..., 0] + grey[..., -1])  # with both ends in the picture a normal is all in it
+    if not seen.all():
+        grey = np.where(seen[..., None], grey, 0.0)
+    return _Normals(feet, directions, n, grey, seen, np.sqrt(np.abs(np.linalg.det(shape))))
 
 
-def _points(lines: _Normals, shift: Array, mask: Mask, contrast: Array, blur: Array) -> EdgePoints:
-    shift = np.where(mask, shift, 0.0)
-    return EdgePoints(lines.feet + shift[..., None] * lines.directions, mask, contrast, blur)
+@lru_cache(maxsize=64)
+def _circle(normals: int) -> Array:
+    """(2, T) unit vectors."""
+    angle = 2.0 * np.pi * np.arange(normals) / normals
+    return np.stack([np.cos(angle), np.sin(angle)])
 
 
-def _mean_where(grey: Array, where: Mask) -> Array:
-    """(K, T) mean of the samples (K, T, S) at the places (K, S)."""
-    share = where / np.maximum(where.sum(axis=-1, keepdims=True), 1)
-    mean: Array = (grey @ share[..., None])[..., 0]
-    return mean
-
-
-def _masked_median(values: Array, mask: Mask) -> Array:
-    """(K,) median of (K, T) values where the mask holds; 0 where it never does."""
-    ordered = np.sort(np.where(mask, values, np.inf), axis=-1)
-    middle = ordered[np.arange(len(values)), mask.sum(axis=-1) // 2]
-    return np.where(np.isfinite(middle), middle, 0.0)
-
-
-def _disc_edges(face: Array, ground: Array, seen: Mask) -> tuple[Array, Mask]:
-    """(K,) contrast, and (K, T) which normals go from the disc's face to something clearly darker."""
-    usual_face = _masked_median(face, seen)
-    contrast = np.maximum(usual_face - _masked_median(ground, seen), 1.0)
-    height = (face - ground) / contrast[:, None]
-    from_face = np.abs(face - usual_face[:, None]) < (1.0 - _LEAST_CONTRAST) * contrast[:, None]
-    return contrast, seen & from_face & (height > _LEAST_CONTRAST) & (height < _MOST_CONTRAST)
-
-
-def _linear_face(face: Array, mask: Mask) -> Array:
-    """(K, T) the face's level at each normal: a constant and a shrunk linear shading."""
-    K, T = face.shape
-    angle = 2.0 * np.pi * np.arange(T) / T
-    rows = np.stack([np.ones(T), np.cos(angle), np.sin(angle)], axis=-1)
-    normal = np.einsum("kt,ti,tj->kij", mask.astype(float), rows, rows) + 1e-9 * np.eye(3)
-    levels = np.linalg.solve(normal, ((mask * face) @ rows)[..., None])[..., 0]
-    fitted = levels @ rows.T
-    n_seen = np.maximum(mask.sum(axis=-1), 4)
-    noise = _SHARED * np.sum(mask * (face - fitted) ** 2, axis=-1) / (n_seen - 3)
-    error = noise * np.trace(np.linalg.inv(normal)[:, 1:, 1:], axis1=1, axis2=2) / 2.0
-    levels[:, 1:] *= _kept_share(np.mean(levels[:, 1:] ** 2, axis=-1), error)[:, None]
-    shaded: Array = levels @ rows.T
-    return shaded
-
-
-def _local_ground(ground: Array, mask: Mask) -> Array:
-    """(K, T) the ground's level at each normal: its mean, and shrunk deviations smoothed over a sixteenth turn."""
-    K, T = ground.shape
-    half = max(1, T // 32)
-    lag = np.abs(np.arange(T)[:, None] - np.arange(T))
-    near = (np.minimum(lag, T - lag) <= half).astype(float)
-    n_seen = np.maximum(mask.sum(axis=-1), 1)
-    mean = np.sum(mask * ground, axis=-1) / n_seen
-    deviation = np.where(mask, ground - mean[:, None], 0.0)
-    count = np.maximum(mask @ near, 1.0)
-    smooth = (deviation @ near) / count
-    noise = np.sum(mask * (deviation - smooth) ** 2, axis=-1) / n_seen * _SHARED / (2 * half + 1)
-    kept = _kept_share(np.sum(mask * smooth**2, axis=-1) / n_seen, noise)
-    return mean[:, None] + kept[:, None] * smooth
-
-
-def _kept_share(power: Array, error: Array) -> Array:
-    """(K,) share of estimated deviations that is kept, given their mean square and that of their error (K,)."""
-    true_power = max(float(np.mean(power - error)), 0.0)
-    return true_power / np.maximum(true_power + error, 1e-12)
+def _moved(lines: _Normals, shift: Array, mask: Mask) -> Array:
+    return lines.feet + np.where(mask, shift, 0.0)[..., None] * lines.directions

@@ -9,21 +9,20 @@ parallel to the board gives the same answer, so only the camera's orientation ma
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from calib.markers.candidates import Candidate, find_candidates, red_channel
-from calib.markers.disc import Array, DetectorConfig, Disc, Image
+from calib.markers.disc import Array, DetectorConfig, Disc, Image, Mask
 from calib.markers.edges import EdgePoints, find_edges, first_edges, n_normals
-from calib.markers.ellipse import Ellipses, fit_ellipses
+from calib.markers.ellipse import Ellipses, fit_ellipses, semi_axes
 from models.camera import Camera, back_project, project, project_jacobian
 
 # Relative difference of the semi-axes that is believed without evidence, one standard deviation: on the disc's plane
 # an orientation 2 degrees off at a tilt of 10; in raw pixels of an unknown camera a disc seen 25 degrees askew.
 _PRIOR_ON_PLANE, _PRIOR_IN_PIXELS = 0.005, 0.1
 # Passes after the first, coarse one: each squares the remaining error of about half a blur.
-_PASSES = 3
-# Residuals of neighbouring edge points are correlated over this many px, since they share pixels.
-_SHARED_PX = 3.0
+_PASSES = 2
+# Robust weight above which an edge point counts as seen.
+_KEPT_WEIGHT = 0.3
 
 
 def detect_subpixel(
@@ -33,11 +32,12 @@ def detect_subpixel(
     config = config or DetectorConfig()
     candidates = find_candidates(image, config)
     discs: list[Disc] = []
+    red = np.ascontiguousarray(red_channel(image))
     small = [c for c in candidates if c.radius < 10.0]
     large = [c for c in candidates if c.radius >= 10.0]
     for group in (small, large):  # one number of normals a group
         if group:
-            discs += _measure(red_channel(image), group, camera, plane_z_mm, config)
+            discs += _measure(red, group, camera, plane_z_mm, config)
     return tuple(sorted(discs, key=lambda disc: float(disc.centre[0])))
 
 
@@ -55,7 +55,7 @@ def _measure(
         if not good.any():
             return []
         centre, shape, to_plane = centre[good], shape[good], to_plane[good]
-        edges = find_edges(red, centre, shape, edges.blur[good], normals)
+        edges = find_edges(red, centre, shape, normals, edges.blur[good], edges.noise[good])
     return _discs(edges, centre, shape, camera, plane_z_mm, config)
 
 
@@ -63,30 +63,28 @@ def _local_plane(camera: Camera | None, centre: Array, plane_z_mm: float) -> Arr
     """(K, 2, 2) linear map of small pixel offsets about (K, 2) centres to the plane; identity without a camera."""
     if camera is None:
         return np.broadcast_to(np.eye(2), (len(centre), 2, 2))
-    inverse: Array = np.linalg.inv(project_jacobian(camera, back_project(camera, centre, plane_z_mm))[..., :2])
-    return inverse
+    J = project_jacobian(camera, back_project(camera, centre, plane_z_mm))[..., :2]
+    return np.asarray(np.linalg.inv(J), dtype=float)
 
 
 def _refit(edges: EdgePoints, centre: Array, to_plane: Array, camera: Camera | None) -> tuple[Array, Array]:
     """Ellipse (centre, shape) in raw pixels through the edge points, held near a circle on the plane."""
     points = (edges.points - centre[:, None]) @ to_plane.transpose(0, 2, 1)
-    fit = _fit(points, edges, camera)
-    to_pixels = np.linalg.inv(to_plane)
+    fit = _fit(points, edges, camera, steps=2)
+    to_pixels = np.asarray(np.linalg.inv(to_plane), dtype=float)
     return centre + (to_pixels @ fit.centre[..., None])[..., 0], to_pixels @ fit.shape
 
 
-def _fit(points: Array, edges: EdgePoints, camera: Camera | None) -> Ellipses:
-    start = np.median(points, axis=1)
-    radius = np.median(np.linalg.norm(points - start[:, None], axis=-1), axis=1)
+def _fit(points: Array, edges: EdgePoints, camera: Camera | None, steps: int) -> Ellipses:
     prior = _PRIOR_IN_PIXELS if camera is None else _PRIOR_ON_PLANE
-    return fit_ellipses(points, edges.mask, start, radius, prior, steps=4)
+    return fit_ellipses(points, edges.mask, prior, steps)
 
 
-def _plausible(edges: EdgePoints, centre: Array, shape: Array, config: DetectorConfig) -> NDArray[np.bool_]:
+def _plausible(edges: EdgePoints, centre: Array, shape: Array, config: DetectorConfig) -> Mask:
     """(K,) which ellipses may be discs at all, so that the rest costs no further pass."""
-    axes = np.linalg.svd(shape, compute_uv=False)
+    axes = semi_axes(shape)
     radius = np.sqrt(axes[:, 0] * axes[:, 1])
-    good: NDArray[np.bool_] = (
+    good: Mask = (
         np.isfinite(centre).all(axis=-1)
         & (edges.mask.mean(axis=-1) >= 0.5 * config.min_coverage)
         & (edges.contrast >= config.min_contrast)
@@ -104,35 +102,40 @@ def _discs(
     points = edges.points
     if camera is not None:
         points = back_project(camera, points.reshape(-1, 2), plane_z_mm)[:, :2].reshape(K, T, 2)
-    fit = _fit(points, edges, camera)
-    centres, covariances = fit.centre, fit.covariance(_edge_std(fit, shape))
+    fit = _fit(points, edges, camera, steps=3)
+    centres, covariances = fit.centre, fit.covariance(_edge_std(fit, edges, shape))
     if camera is not None:
         on_plane = np.concatenate([fit.centre, np.full((K, 1), plane_z_mm)], axis=1)
         centres = project(camera, on_plane)
         J = project_jacobian(camera, on_plane)[..., :2]
         covariances = J @ covariances @ J.transpose(0, 2, 1)
-    kept = fit.weights > 0.3
+    covariances = covariances + (edges.level_std**2)[:, None, None] * np.eye(2)
+    kept = fit.weights > _KEPT_WEIGHT
     coverage = kept.mean(axis=-1)
-    axes = np.linalg.svd(shape, compute_uv=False)
+    axes = semi_axes(shape)
+    chosen = _plausible(edges, centre, shape, config) & (coverage >= config.min_coverage)
     return [
-        Disc(centres[k], covariances[k], axes[k], float(edges.contrast[k]), float(edges.blur[k]), float(coverage[k]), edges.points[k][kept[k]])
-        for k in np.flatnonzero(_plausible(edges, centre, shape, config) & (coverage >= config.min_coverage))
+        Disc(
+            centre=centres[k],
+            covariance=covariances[k],
+            axes=axes[k],
+            contrast=float(edges.contrast[k]),
+            blur_px=float(edges.blur[k]),
+            coverage=float(coverage[k]),
+            edges=edges.points[k][kept[k]],
+        )
+        for k in np.flatnonzero(chosen)
     ]
 
 
-def _edge_std(fit: Ellipses, shape: Array) -> Array:
-    """(K,) standard deviation of one independent edge point, points' unit.
+def _edge_std(fit: Ellipses, edges: EdgePoints, shape: Array) -> Array:
+    """(K,) standard deviation of one edge point, points' unit, the noise of all points taken as independent.
 
-    The scatter of the residuals, times what the correlation of neighbours adds to the variance of a mean.
+    The larger of what the pixels' noise gives and what the points scatter by: only the second knows of a wrong shape,
+    but it sees too little of noise that neighbouring points share.
     """
+    unit = np.sqrt(np.abs(np.linalg.det(fit.shape) / np.linalg.det(shape)))
     kept = fit.weights > 0.0
-    r = np.where(kept, fit.residuals, 0.0)
-    variance = (r**2).sum(axis=-1) / np.maximum(kept.sum(axis=-1) - 5, 1)
-    z = r / np.sqrt(np.maximum(variance, 1e-30))[:, None]
-    arc = 2.0 * np.pi * np.sqrt(np.abs(np.linalg.det(shape))).mean() / r.shape[1]
-    lags = range(1, int(np.ceil(_SHARED_PX / arc)) + 1)
-    pairs = np.array([(kept & np.roll(kept, lag, axis=-1)).sum() for lag in lags])
-    products = np.array([(z * np.roll(z, lag, axis=-1)).sum() for lag in lags])
-    inflation = 1.0 + 2.0 * float(np.sum(products / np.maximum(pairs, 1)))
-    std: Array = np.sqrt(variance * max(inflation, 1.0))
-    return std
+    scatter = np.sqrt((np.where(kept, fit.residuals, 0.0) ** 2).sum(axis=-1) / np.maximum(kept.sum(axis=-1) - 5, 1))
+    larger: Array = np.maximum(edges.edge_std * unit, scatter)
+    return larger
