@@ -32,8 +32,8 @@ from models.recording_writer import columns_of, header_of, row_of
 Array = NDArray[np.float64]
 
 _MAX_BYTES = 1 << 28
-# The arm waits for the picture to be written: level 1, one filter and no search for repeats, which noise has none of,
-# take a third of the default's time and give the same size.
+# The arm waits for the picture to be written. Noise has no repeats to search for: this takes 23 ms of processor time at
+# 720p, level 1 with its search 59 ms for a larger file.
 _PNG = [
     *(cv2.IMWRITE_PNG_COMPRESSION, 1),
     *(cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_SUB),
