@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeVar
 
 import cv2
 import numpy as np
@@ -25,6 +26,9 @@ _COLOURLESS = 40
 _MOST = 24
 # Share of an outline that must lie on one circle for a blob to be tried at all.
 _LEAST_INLIERS = 0.3
+
+
+_Number = TypeVar("_Number", float, Array)
 
 
 @dataclass(frozen=True)
@@ -123,7 +127,7 @@ def _radius(shape: Array) -> float:
     return max(math.sqrt(abs(shape[0, 0] * shape[1, 1] - shape[0, 1] * shape[1, 0])), 0.5)
 
 
-def _tolerance(radius: float) -> float:
+def _tolerance(radius: _Number) -> _Number:
     """Distance from a first ellipse at which an outline's pixel still belongs to it, half-size px."""
     return 0.8 + 0.03 * radius
 

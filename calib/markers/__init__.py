@@ -1,0 +1,22 @@
+"""Marker measurement: the paper's detector and the sub-pixel one, and which disc is which marker."""
+
+from calib.markers.detect import detect
+from calib.markers.disc import DetectorConfig, Disc, Method
+from calib.markers.identify import identify
+from calib.markers.paper import PaperStages, paper_stages
+from calib.markers.reading import MarkerReading
+from calib.markers.recording import measure_frames, measure_recording, with_markers
+
+__all__ = [
+    "DetectorConfig",
+    "Disc",
+    "MarkerReading",
+    "Method",
+    "PaperStages",
+    "detect",
+    "identify",
+    "measure_frames",
+    "measure_recording",
+    "paper_stages",
+    "with_markers",
+]
