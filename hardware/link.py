@@ -255,6 +255,12 @@ def _checked_hello(port: str, body: bytes) -> Hello:
         raise InputError(
             f"serial port {port}: its firmware's hello makes no sense ({error}); {FIRMWARE_HINT}"
         ) from None
+    major, minor = hello.firmware_version
+    if major != messages.FIRMWARE_MAJOR:
+        raise InputError(
+            f"serial port {port}: its firmware is version {major}.{minor}, this program wants "
+            f"{messages.FIRMWARE_MAJOR}.x; {FIRMWARE_HINT}"
+        )
     if hello.n_servos != messages.N_SERVOS:
         raise InputError(f"serial port {port}: its firmware drives {hello.n_servos} servos, {messages.N_SERVOS} wanted")
     return hello

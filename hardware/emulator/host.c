@@ -15,6 +15,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/inotify.h>
 #include <termios.h>
 #include <time.h>
 #include <unistd.h>
@@ -43,7 +44,8 @@ static uint64_t boot_delay_cycles;
 static uint64_t rise[N_PINS];
 static bool high[N_PINS];
 static int master = -1;
-static bool is_open;  // somebody has the port open
+static int watch = -1;  // notes of who opens and closes the port
+static bool is_open;    // somebody has it open
 static uint8_t input[INPUT_SIZE];
 static size_t input_length, input_done;
 static bool feeding;
@@ -91,12 +93,16 @@ static void open_port(void) {
   cfmakeraw(&raw);  // no echo before the host sets the port up
   tcsetattr(slave, TCSANOW, &raw);
   close(slave);  // from here on the kernel reports whether somebody has it open
+  watch = inotify_init1(IN_NONBLOCK);
+  if (watch < 0 || inotify_add_watch(watch, ptsname(master), IN_OPEN | IN_CLOSE) < 0) fail("no inotify");
   is_open = false;
   printf("port %s\n", ptsname(master));
 }
 
 static void close_port(void) {
-  if (master >= 0) close(master);
+  if (master < 0) return;
+  close(master);
+  close(watch);
   master = -1;
   is_open = false;
   input_length = input_done = 0;
@@ -129,13 +135,29 @@ static void was_reset(avr_t *a) {  // by us or by the watchdog
   feeding = false;
 }
 
-static void serve_port(void) {
-  if (master < 0) return;
+static bool somebody_has_it_open(void) {
   struct pollfd look = {.fd = master, .events = POLLIN};
   if (poll(&look, 1, 0) < 0) fail("poll");
-  bool open_now = !(look.revents & POLLHUP);
-  if (open_now && !is_open) press_reset();  // the USB chip pulls the reset line when the port is opened
-  is_open = open_now;
+  return !(look.revents & POLLHUP);
+}
+
+// Whether the port was opened since the last look. Who closes it and opens it again at once is found in the order of
+// the kernel's notes; a second program that opens and closes it beside the first leaves the opposite order.
+static bool was_opened(void) {
+  char notes[4096] __attribute__((aligned(8)));
+  bool before = is_open, closed = false, reopened = false;
+  ssize_t size = read(watch, notes, sizeof notes);
+  for (char *at = notes; at < notes + size; at += sizeof(struct inotify_event) + ((struct inotify_event *)at)->len) {
+    if (((struct inotify_event *)at)->mask & IN_CLOSE) closed = true;
+    if (((struct inotify_event *)at)->mask & IN_OPEN) reopened = closed;
+  }
+  is_open = somebody_has_it_open();
+  return is_open && (!before || reopened);
+}
+
+static void serve_port(void) {
+  if (master < 0) return;
+  if (was_opened()) press_reset();  // the USB chip pulls the reset line when the port is opened
   if (input_done == input_length) {
     ssize_t count = read(master, input, INPUT_SIZE);
     input_done = 0;

@@ -224,6 +224,8 @@ def test_detach_ends_the_pulses_and_cuts_none(board: FirmwareEmulator, wire: Wir
     state = wire.state(3)
     assert (state.armed, state.detach_reason) == (False, DetachReason.COMMAND)
     run(board, 0.3)
+    board.reset()  # a pin left high would end its pulse here
+    run(board, 0.1)
     assert board.drain() == []
 
 
