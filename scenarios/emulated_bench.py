@@ -139,6 +139,10 @@ class EmulatedBench:
             raise JobError("the emulated bench has ended") from None
         return self._receive(30.0)[1:]
 
+    def hang(self, payload_kg: float) -> None:
+        """Hang a mass at the tip."""
+        self.tell("payload", float(payload_kg))
+
     def widths_us(self) -> Array:
         """(3,) pulse widths on the servo pins now, us; NaN for a limp servo."""
         widths: Array = self.tell("widths")[0]
