@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import string
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from models.toml_reader import read_toml
 from models.validation import ArmFile, ArmTable, check
 
 Array = NDArray[np.float64]
@@ -72,7 +72,7 @@ def nominal_arm() -> Arm:
 
 def read_arm(path: Path) -> Arm:
     """Read an arm file (TOML, `armtwin.arm/1`); raises `InputError`."""
-    return arm_from_table(check(ArmFile, tomllib.loads(path.read_text("utf-8")), path.name))
+    return arm_from_table(check(ArmFile, read_toml(path), path.name))
 
 
 def arm_from_table(arm: ArmTable) -> Arm:
