@@ -71,6 +71,7 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
 
     def mechanism(spec: mujoco.MjSpec) -> None:
         for number, part in parts.items():
+            spec.actuator(f"servo{number}").forcelimited = False  # a slow loop, not a weak motor, is what delays it
             if part > math.exp(-_WAIT_S / servo.loop_time_s):  # else the loop is as quick as it can be
                 bias = spec.actuator(f"servo{number}").biasprm
                 bias[2] = -_STIFFNESS_NM_RAD * _WAIT_S / -math.log(part)  # damping: stiffness times time constant

@@ -48,6 +48,7 @@ class ArmSimulation:
         self._relief = _Relief(world, self.model) if world.relieved else None
         self._electronics = [make() for make in world.electronics]
         self._happened = 0
+        self._started = False
         self._events = sorted(world.events, key=lambda event: event.sample)
         self._trim = np.zeros(world.arm.n_joints)
         self._payload_kg = 0.0
@@ -57,15 +58,16 @@ class ArmSimulation:
     def move(self, q_cmd: Array, sample: int = 0, time_s: float = 0.0, payload_kg: float = 0.0) -> None:
         """Send the arm to (n,) rad as pose `sample`, with `payload_kg` hung at its tip.
 
-        Returns at the moment of the picture.
+        Returns at the moment of the picture. At its first pose a bench always waits until the arm rests.
         """
         self._let_happen(sample)
         self.hang(payload_kg)
         self._send(q_cmd, sample, time_s)
-        if self.world.capture_after_s is None:
+        if self.world.capture_after_s is None or not self._started:
             self._settle()
         else:
             self._run_for(round(self.world.capture_after_s / self.model.opt.timestep))
+        self._started = True
         mujoco.mj_kinematics(self.model, self.data)
 
     def drive(self, q_cmd: Array, seconds: float) -> None:
