@@ -54,11 +54,13 @@ def read_plan(path: Path, n_joints: int) -> Plan:
         if path.stat().st_size > _MAX_BYTES:
             raise InputError(f"{path.name}: larger than {_MAX_BYTES} bytes, no plan")
         with path.open(encoding="utf-8-sig", newline="") as stream:
-            lines = [line for line in csv.reader(stream) if line]
+            lines = list(csv.reader(stream))
     except (FileNotFoundError, IsADirectoryError):
         raise InputError(f"{path}: no such file; a plan is a CSV with columns {', '.join(required)}") from None
     except (UnicodeDecodeError, csv.Error) as error:
         raise InputError(f"{path.name}: not a CSV file in UTF-8 ({error})") from None
+    while lines and not lines[-1]:  # blank lines at the end; one between rows would shift every line number
+        lines.pop()
     columns = [name.strip() for name in lines[0]] if lines else []
     for name in columns:
         if name not in valid:

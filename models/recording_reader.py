@@ -112,11 +112,13 @@ def _read_rows(path: Path) -> tuple[list[str], list[list[str]]]:
         if path.stat().st_size > _MAX_CSV_BYTES:
             raise RecordingError(f"{path.name}: larger than {_MAX_CSV_BYTES} bytes; split the recording")
         with path.open(encoding="utf-8-sig", newline="") as stream:
-            lines = [line for line in csv.reader(stream) if line]
+            lines = list(csv.reader(stream))
     except FileNotFoundError:
         raise RecordingError(f"{path}: no such file; a recording folder needs it") from None
     except (UnicodeDecodeError, csv.Error) as error:
         raise RecordingError(f"{path.name}: not a CSV file in UTF-8 ({error})") from None
+    while lines and not lines[-1]:  # blank lines at the end; one between rows would shift every line number
+        lines.pop()
     if len(lines) < 2:
         raise RecordingError(f"{path.name}: no rows; one row a pose is wanted under the line of column names")
     columns = [name.strip() for name in lines[0]]

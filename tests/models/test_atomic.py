@@ -1,0 +1,115 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from models import atomic
+
+
+def fill_and_fail(target: Path, failure: BaseException) -> None:
+    with atomic.folder_aside(target) as aside:
+        (aside / "new").write_text("x")
+        raise failure
+
+
+def test_text_is_written_whole_with_its_folders(tmp_path):
+    target = tmp_path / "a" / "b.txt"
+    atomic.write_text(target, "Grüße\n")
+    assert target.read_text("utf-8") == "Grüße\n"
+    assert [p.name for p in target.parent.iterdir()] == ["b.txt"]
+
+
+def test_an_existing_file_is_replaced(tmp_path):
+    target = tmp_path / "x"
+    atomic.write_bytes(target, b"old and longer")
+    atomic.write_bytes(target, b"new")
+    assert target.read_bytes() == b"new"
+
+
+def test_a_write_that_fails_leaves_the_old_file_and_nothing_beside_it(tmp_path):
+    target = tmp_path / "x.json"
+    atomic.write_text(target, "old")
+    with pytest.raises(TypeError):
+        atomic.write_bytes(target, "no bytes")  # the stream refuses it after the file aside was opened
+    assert target.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["x.json"]
+
+
+def test_a_folder_in_the_files_place_is_left_as_it_was(tmp_path):
+    target = tmp_path / "x"
+    target.mkdir()
+    (target / "kept").write_text("")
+    with pytest.raises(OSError, match="x"):
+        atomic.write_text(target, "text")
+    assert (target / "kept").exists()
+    assert [p.name for p in tmp_path.iterdir()] == ["x"]
+
+
+def test_json_takes_arrays_and_makes_what_is_not_finite_null(tmp_path):
+    path = tmp_path / "x.json"
+    value = {
+        "array": np.array([[1.5, np.nan], [np.inf, 2.0]]),
+        "scalar": np.float64(3.5),
+        "count": np.int64(4),
+        "flag": np.bool_(True),
+        "path": Path("a") / "b",
+        "tuple": (1, None, float("nan")),
+    }
+    atomic.write_json(path, value)
+    assert json.loads(path.read_text()) == {
+        "array": [[1.5, None], [None, 2.0]],
+        "scalar": 3.5,
+        "count": 4,
+        "flag": True,
+        "path": "a/b",
+        "tuple": [1, None, None],
+    }
+
+
+def test_json_that_cannot_be_written_leaves_nothing(tmp_path):
+    with pytest.raises(TypeError):
+        atomic.write_json(tmp_path / "x.json", {"what": object()})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_same_value_gives_the_same_bytes(tmp_path):
+    for name in ("a.json", "b.json"):
+        atomic.write_json(tmp_path / name, {"z": 0.1 + 0.2, "a": np.arange(3)})
+    assert (tmp_path / "a.json").read_bytes() == (tmp_path / "b.json").read_bytes()
+
+
+def test_a_folder_appears_when_its_block_ends_well(tmp_path):
+    target = tmp_path / "out"
+    with atomic.folder_aside(target) as aside:
+        (aside / "file").write_text("x")
+        assert not target.exists()
+    assert (target / "file").read_text() == "x"
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+
+
+def test_a_folder_whose_block_fails_never_appears(tmp_path):
+    target = tmp_path / "out"
+    with pytest.raises(RuntimeError, match="stop"):
+        fill_and_fail(target, RuntimeError("stop"))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_failing_block_leaves_the_old_folder_untouched(tmp_path):
+    target = tmp_path / "out"
+    target.mkdir()
+    (target / "old").write_text("kept")
+    with pytest.raises(KeyboardInterrupt):
+        fill_and_fail(target, KeyboardInterrupt())
+    assert [p.name for p in target.iterdir()] == ["old"]
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
+
+
+def test_a_folder_replaces_an_old_one_whole(tmp_path):
+    target = tmp_path / "out"
+    target.mkdir()
+    (target / "old").write_text("")
+    with atomic.folder_aside(target) as aside:
+        (aside / "new").write_text("")
+    assert [p.name for p in target.iterdir()] == ["new"]
+    assert [p.name for p in tmp_path.iterdir()] == ["out"]
