@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import pytest
 import serial
 
 from hardware import messages
-from hardware.emulator import FirmwareEmulator, Pulse
+from hardware.emulator import FirmwareEmulator, Pulse, build
 from hardware.frames import FrameReader, decode, encode
 from hardware.messages import DetachReason, Request, Status
 from hardware.ports import open_port
@@ -19,6 +20,7 @@ pytestmark = pytest.mark.avr
 
 PROTOCOL = Path(messages.__file__).with_name("protocol.md")
 TICK_US = 0.5
+SPEED = 4.0  # times real time
 PATIENCE_S = 5.0  # real time; only a failing test waits so long
 
 
@@ -272,6 +274,12 @@ def test_a_repeated_move_is_acknowledged_and_not_executed_twice(board: FirmwareE
     assert len(on_the_way) == 49  # steps of 2 us each 20 ms: a move begun anew would take more
 
 
+def test_a_hello_forgets_the_number_before_it(wire: Wire) -> None:
+    wire.hello()
+    assert wire.arm(sequence=0) is Status.OK
+    assert wire.state(1).armed
+
+
 def test_its_own_answers_come_back_unanswered(wire: Wire) -> None:
     wire.hello()
     wire._port.timeout = 0.2
@@ -283,6 +291,29 @@ def test_a_body_of_a_wrong_length_is_refused(wire: Wire, kind: Request) -> None:
     wire.hello()
     wire.arm()
     assert wire.ask(kind, 9, b"0123456789")[0] is Status.BAD_LENGTH
+
+
+def test_a_program_that_hangs_is_reset_by_the_watchdog(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    sketch = tmp_path / "sketch"
+    shutil.copytree(build.FIRMWARE, sketch)
+    source = sketch / "armtwin_firmware.ino"
+    healthy = source.read_text(encoding="utf-8")
+    hanging = healthy.replace("if (type == DETACH) detach(COMMAND);", "if (type == STOP) for (;;) {}")
+    assert hanging != healthy
+    source.write_text(hanging, encoding="utf-8")
+    monkeypatch.setattr(build, "FIRMWARE", sketch)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    with FirmwareEmulator(speed=SPEED) as board, open_port(board.port, 1.0) as port:
+        run(board, 0.3)
+        wire = Wire(port)
+        start(board, wire)
+        hung_s = board.time_s
+        port.write(encode(bytes((Request.STOP, 2))))
+        assert is_limp(board)
+        assert board.time_s - hung_s < 1.0  # not by the two seconds of silence, which a hanging program does not count
+        run(board, 0.3)
+        wire.hello()
+        assert not wire.state(1).armed
 
 
 def test_a_reset_detaches_and_is_told_to_the_next_request(board: FirmwareEmulator, wire: Wire) -> None:
