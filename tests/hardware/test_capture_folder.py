@@ -1,0 +1,223 @@
+"""Real files; a full disk is a small file system where one may be mounted."""
+
+import json
+import shutil
+import subprocess
+from collections.abc import Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from hardware.capture_folder import CaptureFolder
+from models.arm import Arm, nominal_arm
+from models.bench import Frame
+from models.camera_files import nominal_camera
+from models.errors import InputError, JobError, RecordingError
+from models.plan import Plan
+from models.recording_reader import read_recording
+
+PLAN = Plan(np.array(["a", "a", "b", "b"]), np.linspace(0.0, 0.3, 12).reshape(4, 3), np.zeros(4))
+
+
+def begin(folder: Path, plan: Plan = PLAN, arm: Arm | None = None) -> CaptureFolder:
+    recording = CaptureFolder(folder, arm or nominal_arm(), nominal_camera(), -80.87, plan)
+    recording.open()
+    return recording
+
+
+def frame(seed: int, time_s: float | None = None) -> Frame:
+    image = np.random.default_rng(seed).integers(0, 255, (72, 128, 3), dtype=np.uint8)
+    return Frame(image, float(seed) if time_s is None else time_s)
+
+
+def fill(folder: Path, poses: int, plan: Plan = PLAN) -> None:
+    recording = begin(folder, plan)
+    for seed in range(recording.done, poses):
+        recording.add(frame(seed))
+    recording.close()
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path / "recording"
+
+
+def test_a_whole_capture_reads_back_as_a_recording(folder: Path):
+    fill(folder, 4)
+
+    recording = read_recording(folder)
+
+    np.testing.assert_array_equal(recording.q_cmd, PLAN.q_cmd)
+    assert list(recording.trajectory) == ["a", "a", "b", "b"]
+    np.testing.assert_allclose(recording.time_s, [0, 1, 2, 3])
+    assert sorted(recording.markers_px) == ["a", "b", "c", "f"]
+    assert np.isnan(recording.markers_px["a"]).all()
+
+
+def test_pictures_are_kept_bit_by_bit_under_their_sample(folder: Path):
+    fill(folder, 4)
+
+    np.testing.assert_array_equal(cv2.imread(str(folder / "frames" / "000002.png")), frame(2).image)
+
+
+def test_each_row_is_in_the_file_before_the_next_is_added(folder: Path):
+    recording = begin(folder)
+    for seed in range(4):
+        recording.add(frame(seed))
+        assert len((folder / "samples.csv").read_text().splitlines()) == seed + 2
+        assert (folder / "frames" / f"{seed:06d}.png").is_file()
+    recording.close()
+
+
+def test_header_is_there_before_the_first_pose(folder: Path):
+    begin(folder).close()
+
+    assert json.loads((folder / "recording.json").read_text())["schema"] == "armtwin.recording/1"
+
+
+def test_held_out_trajectories_are_named_when_all_rows_are_there(folder: Path):
+    fill(folder, 4)
+    recording = begin(folder)
+    recording.finish(("b",))
+    recording.close()
+
+    assert read_recording(folder).held_out == ("b",)
+
+
+def test_a_capture_that_broke_off_is_taken_up_behind_its_last_pose(folder: Path):
+    fill(folder, 2)
+    before = (folder / "samples.csv").read_text()
+
+    recording = begin(folder)
+    assert recording.done == 2
+    recording.close()
+    fill(folder, 4)
+
+    assert (folder / "samples.csv").read_text().startswith(before)
+    assert list(read_recording(folder).sample) == [0, 1, 2, 3]
+
+
+def test_time_does_not_run_backwards_when_taken_up(folder: Path):
+    fill(folder, 2)
+    recording = begin(folder)
+    recording.add(frame(2, time_s=0.5))
+    recording.add(frame(3, time_s=0.9))
+    recording.close()
+
+    assert (np.diff(read_recording(folder).time_s) > 0).all()
+
+
+def test_a_row_torn_by_a_power_cut_is_done_again(folder: Path):
+    fill(folder, 3)
+    content = (folder / "samples.csv").read_bytes()
+    (folder / "samples.csv").write_bytes(content[:-7])
+
+    fill(folder, 4)
+
+    assert list(read_recording(folder).sample) == [0, 1, 2, 3]
+
+
+def test_another_arms_data_is_refused_and_left_alone(folder: Path):
+    fill(folder, 2)
+    before = (folder / "samples.csv").read_bytes()
+    longer = Arm("planar3", np.array([121.0, 121.7, 38.0, 6.73]), np.zeros(2))
+
+    with pytest.raises(
+        RecordingError, match=r"holds another arm's data \(arm.link_lengths_mm: \[120.0, .* choose another"
+    ):
+        begin(folder, arm=longer)
+
+    assert (folder / "samples.csv").read_bytes() == before
+
+
+def test_another_plans_poses_are_refused(folder: Path):
+    fill(folder, 2)
+    other = Plan(PLAN.trajectory, PLAN.q_cmd + 0.01, PLAN.payload_kg)
+
+    with pytest.raises(RecordingError, match=r"samples.csv: line 2: holds pose 'a,0.0,.*' of another plan"):
+        begin(folder, other)
+
+
+def test_a_recording_longer_than_the_plan_is_refused(folder: Path):
+    fill(folder, 4)
+    shorter = Plan(PLAN.trajectory[:2], PLAN.q_cmd[:2], PLAN.payload_kg[:2])
+
+    with pytest.raises(RecordingError, match="the plan has 2 poses only"):
+        begin(folder, shorter)
+
+
+def test_a_missing_picture_is_named(folder: Path):
+    fill(folder, 2)
+    (folder / "frames" / "000001.png").unlink()
+
+    with pytest.raises(RecordingError, match=r"frames/000001.png is missing"):
+        begin(folder)
+
+
+def test_a_folder_of_something_else_is_refused(folder: Path):
+    folder.mkdir()
+    (folder / "thesis.tex").write_text("precious")
+
+    with pytest.raises(InputError, match=r"not empty and no recording \(found thesis.tex\)"):
+        begin(folder)
+
+
+@pytest.mark.parametrize("content", ["{", "[]", '{"schema": "armtwin.recording/2"}'])
+def test_a_broken_header_is_refused_in_one_line(folder: Path, content: str):
+    folder.mkdir()
+    (folder / "recording.json").write_text(content)
+
+    with pytest.raises(RecordingError) as caught:
+        begin(folder)
+
+    assert "\n" not in str(caught.value)
+
+
+def test_payload_is_a_column_where_the_plan_hangs_one(folder: Path):
+    fill(folder, 4, Plan(PLAN.trajectory, PLAN.q_cmd, np.array([0.0, 0.0, 0.05, 0.05])))
+
+    recorded = read_recording(folder).payload_kg
+
+    assert recorded is not None
+    np.testing.assert_array_equal(recorded, [0.0, 0.0, 0.05, 0.05])
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    mount = tmp_path / "disk"
+    mount.mkdir()
+    made = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=12m", "tmpfs", str(mount)], capture_output=True)
+    if made.returncode:
+        pytest.skip("a file system cannot be mounted here")
+    yield mount
+    subprocess.run(["umount", str(mount)], check=True)
+
+
+def test_too_small_a_disk_is_refused_before_anything_is_written(small_disk: Path):
+    long = Plan(np.full(40, "a"), np.zeros((40, 3)), np.zeros(40))
+
+    with pytest.raises(InputError, match=r"40 pictures may need 111 MB, the disk has 13 MB free"):
+        begin(small_disk / "recording", long)
+
+    assert not (small_disk / "recording").exists()
+
+
+def test_a_disk_that_fills_up_leaves_a_whole_recording_that_can_be_taken_up(small_disk: Path):
+    recording = begin(small_disk / "recording")
+    recording.add(frame(0))
+    (small_disk / "film").write_bytes(bytes(12 << 20)[: _free(small_disk)])
+
+    with pytest.raises(JobError, match=r"No space left on device.*1 of 4 poses are kept"):
+        recording.add(frame(1))
+    recording.close()
+
+    assert list(read_recording(small_disk / "recording").sample) == [0]
+    (small_disk / "film").unlink()
+    fill(small_disk / "recording", 4)
+    assert list(read_recording(small_disk / "recording").sample) == [0, 1, 2, 3]
+
+
+def _free(mount: Path) -> int:
+    return shutil.disk_usage(mount).free

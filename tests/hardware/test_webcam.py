@@ -1,0 +1,176 @@
+"""Against real streams over loopback and a real video file."""
+
+import contextlib
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from hardware.bench_tables import CameraSettings
+from hardware.emulator.mjpeg import MjpegServer, to_jpeg
+from hardware.webcam import CameraLostError, Webcam
+from models.errors import InputError
+
+SIZE = (640, 360)
+
+
+class Streamer:
+    """Publishes pictures from a thread until told otherwise."""
+
+    def __init__(self, picture: Callable[[], np.ndarray]) -> None:
+        self.server = MjpegServer()
+        self.picture = picture
+        self.mode = "live"  # live, frozen, stalled
+        self._stop = threading.Event()
+        self._last = to_jpeg(picture())
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._stop.wait(0.02):
+            if self.mode == "live":
+                self._last = to_jpeg(self.picture())
+            if self.mode != "stalled":
+                self.server.publish(self._last)
+
+    def close(self) -> None:
+        self._stop.set()
+        self._thread.join()
+        self.server.close()
+
+
+@pytest.fixture
+def streamer(scene) -> Iterator[Streamer]:
+    running = Streamer(scene.picture)
+    yield running
+    running.close()
+
+
+def settings(source: str, **more: float) -> CameraSettings:
+    return CameraSettings(source=source, calibration="camera.yaml", arm_plane_z_mm=0.0, **more)
+
+
+def watch(camera: Webcam, timeout_s: float | None = None) -> None:
+    """Ask for one picture after the other, for ever."""
+    while True:
+        camera.after(camera.newest().number, timeout_s)
+
+
+@pytest.fixture
+def webcam(streamer: Streamer) -> Iterator[Webcam]:
+    with Webcam(settings(streamer.server.url), *SIZE, frozen_s=0.5) as camera:
+        yield camera
+
+
+def test_gives_pictures_of_the_stream(webcam: Webcam):
+    picture = webcam.newest()
+
+    assert picture.image.shape == (360, 640, 3)
+    assert picture.image.dtype == np.uint8
+
+
+def test_after_gives_a_picture_with_a_higher_number(webcam: Webcam):
+    first = webcam.newest()
+
+    assert webcam.after(first.number).number > first.number
+
+
+def test_stale_pictures_are_dropped_while_nobody_asks(webcam: Webcam, scene):
+    """What is asked for after a pause shows the scene as it is, not the queue of the pause."""
+    number = webcam.newest().number
+    webcam.after(number + 10, timeout_s=10.0)
+    scene.angle_rad = 1.0
+    shown = webcam.after(webcam.newest().number + 5, timeout_s=10.0).image
+
+    assert np.abs(shown.astype(int) - scene.picture()).mean() < 5.0
+
+
+def test_a_frozen_stream_is_told_from_a_still_scene(webcam: Webcam, streamer: Streamer):
+    streamer.mode = "frozen"
+
+    with pytest.raises(CameraLostError, match="frozen, the same picture"):
+        watch(webcam)
+
+
+def test_a_stalled_stream_is_lost(webcam: Webcam, streamer: Streamer):
+    streamer.mode = "stalled"
+
+    with pytest.raises(CameraLostError, match=r"no new picture for 0\.5 s"):
+        watch(webcam)
+
+
+def test_a_stream_that_breaks_off_is_lost_also_for_who_asks_for_the_newest(webcam: Webcam, streamer: Streamer):
+    streamer.mode = "stalled"
+    streamer.server.drop_clients()
+
+    with pytest.raises(CameraLostError, match="the stream broke off"):
+        watch(webcam, timeout_s=5.0)
+    with pytest.raises(CameraLostError, match="the stream broke off"):
+        webcam.newest()
+
+
+def test_a_stream_of_another_size_is_refused(streamer: Streamer):
+    with pytest.raises(InputError, match=r"image_width 1280 \(it answered 640\)"):
+        Webcam(settings(streamer.server.url), 1280, 720).open()
+
+
+def test_a_stream_takes_no_settings(streamer: Streamer):
+    with pytest.raises(InputError, match="a stream takes no focus"):
+        Webcam(settings(streamer.server.url, focus=30), *SIZE).open()
+
+
+def test_nothing_at_the_address_is_said_plainly(streamer: Streamer):
+    url = streamer.server.url.replace("/stream", "/other")
+
+    with pytest.raises(InputError, match="cannot be opened; is its server running"):
+        Webcam(settings(url), *SIZE).open()
+
+
+def test_missing_device_is_named_with_those_that_are_there():
+    with pytest.raises(InputError, match=r"camera /dev/video97: no such device; found .*Check the cable"):
+        Webcam(settings("/dev/video97"), *SIZE).open()
+
+
+def test_a_device_that_is_no_camera_cannot_be_opened(tmp_path: Path):
+    with pytest.raises(InputError, match="camera /dev/null: cannot be opened"):
+        Webcam(settings("/dev/null"), *SIZE).open()
+
+
+def test_missing_file_is_named(tmp_path: Path):
+    with pytest.raises(InputError, match="no such file"):
+        Webcam(settings(str(tmp_path / "none.avi")), *SIZE).open()
+
+
+def test_closing_twice_is_safe(streamer: Streamer):
+    camera = Webcam(settings(streamer.server.url), *SIZE)
+    camera.open()
+    camera.close()
+    camera.close()
+
+
+@pytest.fixture
+def video(tmp_path: Path, scene) -> Path:
+    path = tmp_path / "scene.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 50.0, SIZE)
+    for _ in range(25):
+        writer.write(scene.picture())
+    writer.release()
+    return path
+
+
+def test_a_video_file_is_lost_at_its_end(video: Path):
+    with Webcam(settings(str(video)), *SIZE) as camera, pytest.raises(CameraLostError, match="at its end"):
+        watch(camera)
+
+
+def test_no_picture_of_a_video_file_is_rushed_past(video: Path):
+    """A file is read at its own rate, so that whoever asks often enough sees every picture of it."""
+    numbers = []
+    with Webcam(settings(str(video)), *SIZE) as camera, contextlib.suppress(CameraLostError):
+        while True:
+            numbers.append(camera.after(numbers[-1] if numbers else 0).number)
+
+    assert numbers[-1] == 25
