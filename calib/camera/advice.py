@@ -73,7 +73,7 @@ def poor_views(per_view_rms_px: Array) -> NDArray[np.bool_]:
 
 def tilts(rotations: Array) -> Array:
     """(V, 2) tilt of the board in each view: its angle, rad, along the picture's direction of the nearer side."""
-    normals = rotations[:, :, 2] * np.sign(rotations[:, 2, 2:])  # the board's z axis, away from the camera
+    normals = rotations[:, :, 2]  # the board's z axis points away from the camera
     sideways = np.linalg.norm(normals[:, :2], axis=1, keepdims=True)
     angle = np.arctan2(sideways, normals[:, 2:])
     # Where the normal leans to the right, the plane recedes to the left: the right side is nearer.

@@ -1,9 +1,9 @@
 """Find a chessboard's inner corners in a picture, to sub-pixel accuracy and in one order for all pictures.
 
-Order of the corners. The detectors start at either end of the board, as they please. Here the grid is brought to
-1. the hand of the board's frame: x × y points away from the camera;
-2. its start: where half a turn swaps black and white (columns + rows odd, as 9x6), the first corner is the one beside
-   a black corner square, whichever way the board is held; otherwise the start with which y points up in the picture.
+Order of the corners. Both of OpenCV's detectors give a grid in which x × y points away from the camera, but start at
+either end of the board, as they please. Where half a turn swaps black and white (columns + rows odd, as 9x6), the first
+corner is made the one beside a black corner square, whichever way the board is held; on other boards it is the one from
+which y points up in the picture.
 `calibrate_camera` then turns all views together so that y points up in the reference view, as in Table 2.
 """
 
@@ -54,7 +54,7 @@ def find_corners(image: Gray, board: Board, window_px: int | None = None, thorou
     found = _detect(gray, board, thorough)
     if found is None:
         return None
-    grid = _right_handed(found.reshape(board.rows, board.columns, 2))
+    grid = found.reshape(board.rows, board.columns, 2)
     if not _even(grid) or _goes_on(gray, grid):
         return None
     grid = _right_start(gray, grid, board)
@@ -83,13 +83,6 @@ def _detect(gray: Gray, board: Board, thorough: bool) -> Array | None:
         flags = cv2.CALIB_CB_EXHAUSTIVE | cv2.CALIB_CB_ACCURACY | cv2.CALIB_CB_NORMALIZE_IMAGE
         seen, corners = cv2.findChessboardCornersSB(gray, size, flags=flags)
     return corners.reshape(-1, 2).astype(float) if seen else None
-
-
-def _right_handed(grid: Array) -> Array:
-    """Return the grid with x × y away from the camera: clockwise in the picture, whose v points down."""
-    x = (grid[:, -1] - grid[:, 0]).mean(axis=0)
-    y = (grid[-1] - grid[0]).mean(axis=0)
-    return grid if x[0] * y[1] - x[1] * y[0] > 0 else grid[::-1]
 
 
 def _right_start(gray: Gray, grid: Array, board: Board) -> Array:

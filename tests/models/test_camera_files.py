@@ -64,6 +64,12 @@ def test_ros_file_holds_the_keys_of_camera_info(tmp_path):
     np.testing.assert_array_equal(P[:, :3], nominal_camera().K)
 
 
+def test_small_numbers_are_numbers_to_plain_yaml_1_1_readers_too(tmp_path):
+    path, D = tmp_path / "camera.yaml", np.array([1e-05, -3e-17, 2.5e-8, 1e300, -0.0])
+    write_camera(path, replace(nominal_camera(), D=D))
+    assert yaml.safe_load(path.read_text())["distortion_coefficients"]["data"] == D.tolist()
+
+
 def test_opencv_reads_what_is_written(tmp_path):
     path, camera = tmp_path / "camera.yml", nominal_camera()
     write_camera(path, camera, comment="made for a test")

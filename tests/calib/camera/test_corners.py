@@ -8,6 +8,7 @@ import pytest
 
 from calib.camera.board import Board
 from calib.camera.corners import USUAL_WINDOW_PX, find_corners, window_limit_px
+from calib.camera.fit import MIN_VIEWS
 from models.camera import project
 
 
@@ -72,6 +73,23 @@ def test_a_square_board_has_y_up(photograph, small_camera):
 @pytest.mark.parametrize("text", ["8x6", "8x5", "7x4", "9x7", "10x7"])
 def test_another_board_is_not_taken_for_the_one_asked_for(picture, text):
     assert find_corners(picture, Board.parse(text, 23.0)) is None
+
+
+@pytest.mark.parametrize("text", ["8x6", "5x4"])
+def test_photographs_of_a_larger_board_with_narrow_outer_squares_are_no_calibration(chessboard_folder, text):
+    board = Board.parse(text, 25.0)
+    images = [cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) for path in sorted(chessboard_folder.glob("*.jpg"))]
+    assert sum(find_corners(image, board) is not None for image in images) < MIN_VIEWS
+
+
+@pytest.mark.parametrize("text", ["9x6", "6x9"])
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_x_and_y_run_clockwise_so_that_z_points_away(picture, text, mirrored):
+    board = Board.parse(text, 23.0)
+    seen = np.ascontiguousarray(picture[:, ::-1]) if mirrored else picture
+    grid = find_corners(seen, board).reshape(board.rows, board.columns, 2)
+    x, y = grid[0, 1] - grid[0, 0], grid[1, 0] - grid[0, 0]
+    assert x[0] * y[1] - x[1] * y[0] > 0
 
 
 def test_a_picture_without_a_board_gives_none(board):
