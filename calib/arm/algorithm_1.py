@@ -77,7 +77,7 @@ def calibrate(
         identifiable=6,
         singular_values=np.full(7, np.nan),
         gauge=(GAUGE.split(";")[0] + "; here the starting vector decides it",),
-        ties=(f"stopped by {descent.stopped} after {len(descent.errors_mm) - 1} steps of alpha {descent.alpha:.3g}",),
+        ties=(f"steps of alpha {descent.alpha:.3g}: {len(descent.errors_mm) - 1}, stopped by {descent.stopped}",),
         noise=float(np.sqrt((left**2).mean() / 2.0)),
         rms_px=float("nan"),
         rms_mm=float(np.sqrt((left**2).mean())),

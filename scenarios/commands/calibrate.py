@@ -27,6 +27,8 @@ from models.recording_writer import arm_table
 from models.validation import ArmFile, check
 
 SCHEMA = "armtwin.calibration/1"
+# Over fifty poses the residuals give the noise to 4 %, and a stated one is rarely known better than to a tenth.
+_MORE_THAN_NOISE = 1.3
 
 
 class Method(StrEnum):
@@ -74,7 +76,7 @@ def calibrate_command(
     arm_text = corrected_arm_text(data.arm, found)
     write_text(out / "arm.toml", arm_text)
     write_json(out / "calibration.json", calibration_table(data, found, comparisons))
-    _print(Console(), found, comparisons)
+    _print(Console(), data, found, comparisons)
     typer.echo(f"Calibration written to {out / 'calibration.json'}, arm to {out / 'arm.toml'}")
 
 
@@ -130,7 +132,24 @@ def _with_held_out(recording: Recording, hold_out: list[str] | None) -> Recordin
     return replace(recording, held_out=tuple(dict.fromkeys(hold_out)))
 
 
-def _print(console: Console, found: ArmCalibration, comparisons: list[Comparison]) -> None:
+def _known(found: ArmCalibration) -> str:
+    links = len(found.deviation.lengths_mm) + len(found.deviation.joints_rad)
+    return f"{found.identifiable} of {links} link parameters can be known"
+
+
+def _warnings(recording: Recording, found: ArmCalibration) -> list[str]:
+    """Say so where the residuals are larger than the recording's own noise: the deviations then assume too much."""
+    stated = recording.pixel_noise_px
+    if stated is None or not np.isfinite(found.rms_px) or found.noise < _MORE_THAN_NOISE * stated:
+        return []
+    return [
+        f"the residuals show {found.noise:.3g} px of noise, the recording states {stated:.3g} px: something moves that "
+        "the geometry does not explain (play, sag, ...); std takes all errors for independent, clustered_std in "
+        "calibration.json does not; armtwin diagnose looks for the cause"
+    ]
+
+
+def _print(console: Console, recording: Recording, found: ArmCalibration, comparisons: list[Comparison]) -> None:
     table = Table(title=f"Arm calibration, {found.method}, {found.n_poses} poses")
     for heading in ("parameter", "value", "std", "95 % interval"):
         table.add_column(heading, justify="left" if heading == "parameter" else "right")
@@ -139,10 +158,10 @@ def _print(console: Console, found: ArmCalibration, comparisons: list[Comparison
         # Angles are shown in degrees, as in the paper's Table 4.
         label, factor = (name[: -len("_rad")] + "_deg", 180.0 / np.pi) if name.endswith("_rad") else (name, 1.0)
         cells = [value, std, low, high]
-        v, s, a, b = (f"{cell * factor:.4f}" if np.isfinite(cell) else "unknown" for cell in cells)
-        table.add_row(label, v, s, f"{a} to {b}" if np.isfinite(low) else "unknown")
+        v, s, a, b = (f"{cell * factor:.4f}" if np.isfinite(cell) else "not given" for cell in cells)
+        table.add_row(label, v, s, f"{a} to {b}" if np.isfinite(low) else "not given")
     console.print(table)
-    for line in (f"{found.identifiable} link parameters can be known", *found.gauge, *found.ties):
+    for line in (_known(found), *found.gauge, *found.ties, *_warnings(recording, found)):
         console.print(Text(line))
     if found.outliers:
         places = ", ".join(f"{outlier.marker} of sample {outlier.sample}" for outlier in found.outliers[:5])
