@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 
 from pydantic import Field
 
+from models.toml_reader import read_toml
 from models.validation import NotNegative, Positive, Strict, check
 
 NOMINAL_SERVO = Path(__file__).parent / "nominal" / "servo.toml"
@@ -87,7 +87,7 @@ class _ServoFile(Strict):
 
 def read_servo(path: Path) -> Servo:
     """Read a servo file (TOML, `armtwin.servo/1`); raises `InputError`."""
-    table = check(_ServoFile, tomllib.loads(path.read_text("utf-8")), path.name)
+    table = check(_ServoFile, read_toml(path), path.name)
     return Servo(**table.model_dump(exclude={"schema_"}))
 
 
