@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from scipy.spatial.transform import Rotation
+
 from models.effects.context import Context
 from models.effects.pixels import needs_camera
 from models.effects.predict import PointState
@@ -24,26 +26,27 @@ Array = NDArray[np.float64]
 
 
 def term(context: Context, state: PointState, values: Array, site: Site) -> PointState:
-    """Points beyond a joint whose axis leans by (tilt_x, tilt_y) rad in the frame of the link before it."""
+    """Points beyond a joint whose axis is turned by (tilt_x, tilt_y) rad out of the normal, in the link before it."""
     assert site.joint is not None
     joint = site.joint - 1
     before = np.ones(len(context), dtype=complex) if joint == 0 else state.directions[:, joint - 1]
-    lean = complex(values[1], -values[0]) * before  # where the normal of the links beyond points, in the plane
+    lean = Rotation.from_rotvec([values[0], values[1], 0.0])
     if values[2]:
-        zero = state.directions[:, joint] * np.conj(before) * np.exp(-1j * context.arm.zero_pose_rad[joint])
-        lean = lean * (1.0 - zero)
-    pivot = state.geometry.base_mm[0] + 1j * state.geometry.base_mm[1]
-    pivot = pivot + (state.geometry.links[:joint] * state.directions[:, :joint]).sum(axis=-1)
+        turn = np.angle(state.directions[:, joint] * np.conj(before) * np.exp(-1j * context.arm.zero_pose_rad[joint]))
+        along_z = turn[:, None] * np.array([0.0, 0.0, 1.0])
+        extra = lean * Rotation.from_rotvec(along_z) * lean.inv() * Rotation.from_rotvec(-along_z)
+    else:
+        extra = lean
+    frame = Rotation.from_rotvec(np.angle(before)[:, None] * np.array([0.0, 0.0, 1.0]))
+    extra = frame * extra * frame.inv()
+    hinge = (state.geometry.links[:joint] * state.directions[:, :joint]).sum(axis=-1)
+    pivot = np.stack([hinge.real, hinge.imag, np.zeros(len(hinge))], axis=-1)
+    pivot[:, :2] += state.geometry.base_mm
     points = state.points_mm.copy()
     for column, name in enumerate(context.markers):
-        beyond = len(context.arm.marker_names) if name == "e" else context.arm.marker_names.index(name)
-        if beyond <= joint:
-            continue
-        arm = points[:, column, 0] + 1j * points[:, column, 1] - pivot
-        along = (np.conj(lean) * arm).real
-        points[:, column, 2] -= along
-        points[:, column, 0] -= 0.5 * along * lean.real  # what the tilt foreshortens, to second order
-        points[:, column, 1] -= 0.5 * along * lean.imag
+        axis = len(context.arm.marker_names) if name == "e" else context.arm.marker_names.index(name)
+        if axis > joint:
+            points[:, column] = pivot + extra.apply(points[:, column] - pivot)
     return PointState(points, state.directions, state.geometry)
 
 

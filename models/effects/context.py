@@ -1,4 +1,4 @@
-"""What a model term may know: the commands, their order and times, the arm and the camera; nothing that was measured."""
+"""What a model term may know: commands, their order and times, arm and camera as assumed; nothing that was measured."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an effect is: parameters, model term, physical injector, what it is taken for and what tells it apart.
+"""An effect: parameters, model term, physical injector, what it is taken for and what tells it apart.
 
 A prediction passes through the stages in this order; within a stage effects act in the order of `Stage`:
 

@@ -53,25 +53,26 @@ _WAIT_S = 0.240
 # Boards that hold the load tightly, so that lag is not mixed with sag.
 _STIFFNESS_NM_RAD = 500.0
 
+# Beyond any speed that the filter asks for.
+_UNHURRIED_RAD_S = 100.0
+
 
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
     """Make the servos sluggish and take each picture, and go on, before they have arrived.
 
-    `remaining1`, `remaining2`, ... (or `remaining`, for all) are the parts of a small step that are still to go; the
-    servos turn no faster than their no-load speed, so a large step has more left. Raises `InputError` for a
-    part that is not below 1.
+    `remaining1`, `remaining2`, ... (or `remaining`, for all) are the parts of a step that are still to go. What delays
+    the servos is a slow filter in their boards; the motors could go faster. Raises `InputError` for a part that is
+    not below 1.
     """
     numbers = range(1, world.arm.n_joints + 1)
     parts = {n: float(parameters.get(f"remaining{n}", parameters.get("remaining", 0.0))) for n in numbers}
     if max(parts.values()) >= 1.0:
         raise InputError("settling_lag: remaining must be below 1, the part of a step that is still to go")
-    servo = replace(
-        world.servo, stiffness_nm_rad=_STIFFNESS_NM_RAD, approach_speed_rad_s=world.servo.no_load_speed_rad_s
-    )
+    servo = replace(world.servo, stiffness_nm_rad=_STIFFNESS_NM_RAD, approach_speed_rad_s=_UNHURRIED_RAD_S)
 
     def mechanism(spec: mujoco.MjSpec) -> None:
         for number, part in parts.items():
-            spec.actuator(f"servo{number}").forcelimited = False  # a slow loop, not a weak motor, is what delays it
+            spec.actuator(f"servo{number}").forcelimited = False
             if part > math.exp(-_WAIT_S / servo.loop_time_s):  # else the loop is as quick as it can be
                 bias = spec.actuator(f"servo{number}").biasprm
                 bias[2] = -_STIFFNESS_NM_RAD * _WAIT_S / -math.log(part)  # damping: stiffness times time constant

@@ -1,0 +1,1 @@
+"""Diagnosis: what the twin gets wrong, its cause, and what naming it gains."""

@@ -1,0 +1,88 @@
+"""Every effect at every site, fitted jointly with the geometry and what is already in the model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.diagnosis.fit import Data, Fit, fit, one_step
+from models.effects.predict import Active
+from models.effects.registry import Effect, Site, Stage, catalogue
+
+Array = NDArray[np.float64]
+
+# Fits from starts that promise less than the best by this share of the deviance are not worth their time.
+_PROMISING_SHARE = 0.5
+_FULL_FITS = 14
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """An effect at a site, fitted: `fit` holds the whole model with this effect last.
+
+    `complexity` is the number of parameters, scanned ones counted with the logarithm of their grid.
+    """
+
+    active: Active
+    fit: Fit
+    complexity: float
+
+    @property
+    def score(self) -> float:
+        """Deviance plus the penalty of its complexity; smaller is better."""
+        return self.fit.deviance + self.complexity
+
+
+def candidate_sites(data: Data, taken: Iterable[Active] = ()) -> list[tuple[Effect, Site]]:
+    """List the fitted effects and sites that this recording could show and the model has not."""
+    context = data.problem.context
+    held = {active.key for active in taken}
+    pairs = []
+    for effect in catalogue().values():
+        if effect.find is not None or effect.term is None:
+            continue
+        if not data.problem.is_pixels and effect.stage > Stage.JOINT:
+            continue
+        for site in effect.sites(context):
+            if (effect.name, site.joint, site.marker) not in held and effect.applies(context, site) is None:
+                pairs.append((effect, site))
+    return pairs
+
+
+def fit_candidates(data: Data, base: Fit, pairs: Sequence[tuple[Effect, Site]]) -> list[Candidate]:
+    """Fit each pair on top of `base`, best first; the hopeless ones are left at their linearised promise."""
+    screened = []
+    for effect, site in pairs:
+        best = _best_start(data, base, effect, site)
+        if best is not None:
+            screened.append((*best, effect, site))
+    screened.sort(key=lambda row: row[0])
+    fitted = []
+    for promised, values, starts, effect, site in screened[:_FULL_FITS]:
+        active = Active(effect, site, values)
+        result = fit(data, base.g, (*base.effects, active))
+        fitted.append(Candidate(result.effects[-1], result, _complexity(data, effect, site, starts)))
+    return sorted(fitted, key=lambda candidate: candidate.score)
+
+
+def _best_start(data: Data, base: Fit, effect: Effect, site: Site) -> tuple[float, Array, int] | None:
+    """Return promised deviance, values and number of the starts of the best start, refined where the effect offers it."""
+    context = data.problem.context
+    tried = [(one_step(data, base, Active(effect, site, v)), v) for v in effect.starts(context, site, None)]
+    if not tried:
+        return None
+    best = min(tried, key=lambda row: row[0])
+    finer = [(one_step(data, base, Active(effect, site, v)), v) for v in effect.starts(context, site, best[1])]
+    best = min([best, *finer], key=lambda row: row[0])
+    return best[0], best[1], len(tried) + len(finer)
+
+
+def _complexity(data: Data, effect: Effect, site: Site, starts: int) -> float:
+    """Penalty in deviance: log(n) a smooth parameter (Schwarz), twice the logarithm of the grid for scanned ones."""
+    parameters = effect.parameters(data.problem.context, site)
+    smooth = sum(not parameter.scanned for parameter in parameters)
+    scanned = any(parameter.scanned for parameter in parameters)
+    return smooth * float(np.log(max(data.n_values, 2))) + (2.0 * float(np.log(max(starts, 1))) if scanned else 0.0)

@@ -1,0 +1,185 @@
+"""Joint fit of the geometry and a set of effects: Gauss-Newton with priors, bounds and a capped (robust) loss."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.diagnosis.problem import Problem
+from models.effects.predict import Active
+from models.effects.registry import Parameter
+
+Array = NDArray[np.float64]
+Bool = NDArray[np.bool_]
+
+_ITERATIONS = 12
+_HALVINGS = 4
+_CONVERGED = 1e-3  # of a deviance unit: far below what a likelihood ratio could notice
+
+
+@dataclass(frozen=True, eq=False)
+class Data:
+    """What a fit weighs: the problem, which points count, their noise, and beyond how many of it a point is capped."""
+
+    problem: Problem
+    counts: Bool
+    noise: float
+    cap: float = np.inf
+
+    @property
+    def n_values(self) -> int:
+        """Number of scalar observations that count."""
+        return int(self.counts.sum()) * self.problem.observed.shape[-1]
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """A fitted model.
+
+    Attributes:
+        g: (g,) geometry.
+        effects: with fitted values.
+        deviance: capped sum of squares over the noise, priors included.
+        misfit: the same without the priors, (N, M) by point; 0 where a point does not count.
+        residual: (N, M, d) observed minus predicted, in the channels' unit, NaN where not seen.
+
+    """
+
+    g: Array
+    effects: tuple[Active, ...]
+    deviance: float
+    misfit: Array
+    residual: Array
+
+
+def fit(data: Data, g: Array, effects: Sequence[Active], iterations: int = _ITERATIONS) -> Fit:
+    """Fit geometry and all smooth parameters of `effects` from a start; scanned parameters stay as they are."""
+    problem = data.problem
+    parameters = [active.effect.parameters(problem.context, active.site) for active in effects]
+    free = [[k for k, parameter in enumerate(of) if not parameter.scanned] for of in parameters]
+    state = _evaluate(data, g, effects, parameters)
+    for _ in range(iterations):
+        J, r, weights = _linearise(data, state, parameters, free)
+        step = _solve(problem, state, parameters, free, J, r, weights)
+        better = None
+        scale = 1.0
+        for _ in range(_HALVINGS):
+            trial = _evaluate(data, *_moved(state, parameters, free, scale * step), parameters)
+            if trial.deviance < state.deviance:
+                better = trial
+                break
+            scale *= 0.35
+        if better is None:
+            break
+        gained = state.deviance - better.deviance
+        state = better
+        if gained < _CONVERGED:
+            break
+    return state
+
+
+def one_step(data: Data, base: Fit, candidate: Active) -> float:
+    """Deviance that one Gauss-Newton step from `candidate`'s start promises, by the linearised model."""
+    effects = (*base.effects, candidate)
+    problem = data.problem
+    parameters = [active.effect.parameters(problem.context, active.site) for active in effects]
+    free: list[list[int]] = [[] for _ in base.effects]
+    free.append([k for k, parameter in enumerate(parameters[-1]) if not parameter.scanned])
+    start = _evaluate(data, base.g, effects, parameters)
+    J, r, weights = _linearise(data, start, parameters, free)
+    step = _solve(problem, start, parameters, free, J, r, weights)
+    left = r - J @ step
+    promised = float((weights * left * left).sum()) + float((r * r).sum() - (weights * r * r).sum())
+    return promised
+
+
+def point_misfit(data: Data, residual: Array) -> Array:
+    """(N, M) capped squares of the residual over the noise, summed over the components of a point."""
+    squares = np.nansum(residual * residual, axis=-1) / data.noise**2
+    limit = residual.shape[-1] * data.cap**2
+    return np.where(data.counts, np.minimum(squares, limit), 0.0)
+
+
+def _evaluate(data: Data, g: Array, effects: Sequence[Active], parameters: Sequence[tuple[Parameter, ...]]) -> Fit:
+    problem = data.problem
+    residual = problem.observed - problem.predict(g, effects)
+    misfit = point_misfit(data, residual)
+    prior = float((((g - problem.nominal) / problem.prior_std) ** 2).sum())
+    for active, of in zip(effects, parameters, strict=True):
+        prior += sum(((active.values[k] - p.off) / p.prior_std) ** 2 for k, p in enumerate(of) if not p.scanned)
+    return Fit(g, tuple(effects), float(misfit.sum()) + prior, misfit, residual)
+
+
+def _linearise(
+    data: Data, state: Fit, parameters: Sequence[tuple[Parameter, ...]], free: Sequence[Sequence[int]]
+) -> tuple[Array, Array, Array]:
+    """Whitened Jacobian (V, p), residual (V,) and weights (V,) of the counted values at `state`."""
+    problem = data.problem
+    predicted, by_g = problem.predict_with_jacobian(state.g, state.effects)
+    counts = data.counts
+    columns = [by_g[counts].reshape(-1, by_g.shape[-1])]
+    for index, (active, of) in enumerate(zip(state.effects, parameters, strict=True)):
+        for k in free[index]:
+            step = _difference_step(of[k], active.values[k])
+            values = active.values.copy()
+            values[k] += step
+            moved = list(state.effects)
+            moved[index] = replace(active, values=values)
+            slope = (problem.predict(state.g, moved) - predicted) / step
+            columns.append(slope[counts].reshape(-1, 1))
+    J = np.concatenate(columns, axis=1) / data.noise
+    r = (problem.observed - predicted)[counts].reshape(-1) / data.noise
+    d = problem.observed.shape[-1]
+    inside = state.misfit[counts] < d * data.cap**2
+    return J, r, np.repeat(inside.astype(float), d)
+
+
+def _difference_step(parameter: Parameter, value: float) -> float:
+    """Size of a one-sided difference, away from the nearer bound."""
+    low, high = parameter.bounds
+    step = 1e-4 * parameter.prior_std
+    return step if value + step <= high and (value - low <= high - value) else -step
+
+
+def _solve(
+    problem: Problem,
+    state: Fit,
+    parameters: Sequence[tuple[Parameter, ...]],
+    free: Sequence[Sequence[int]],
+    J: Array,
+    r: Array,
+    weights: Array,
+) -> Array:
+    """Step (p,) of the normal equations with the priors."""
+    offsets = [problem.nominal - state.g]
+    precisions = [problem.prior_std**-2.0]
+    for active, of, which in zip(state.effects, parameters, free, strict=True):
+        offsets.append(np.array([of[k].off - active.values[k] for k in which]))
+        precisions.append(np.array([of[k].prior_std ** -2.0 for k in which]))
+    precision = np.concatenate(precisions)
+    weighted = J * weights[:, None]
+    A = weighted.T @ J
+    A[np.diag_indices_from(A)] += precision
+    b = weighted.T @ r + precision * np.concatenate(offsets)
+    scale = 1.0 / np.sqrt(np.diag(A))
+    step: Array = scale * np.linalg.solve(A * scale[:, None] * scale, b * scale)
+    return step
+
+
+def _moved(
+    state: Fit, parameters: Sequence[tuple[Parameter, ...]], free: Sequence[Sequence[int]], step: Array
+) -> tuple[Array, tuple[Active, ...]]:
+    """Return geometry and effects after a step, kept inside the bounds."""
+    g = state.g + step[: len(state.g)]
+    at = len(state.g)
+    effects = []
+    for active, of, which in zip(state.effects, parameters, free, strict=True):
+        values = active.values.copy()
+        for k in which:
+            values[k] = np.clip(values[k] + step[at], *of[k].bounds)
+            at += 1
+        effects.append(replace(active, values=values))
+    return g, tuple(effects)

@@ -1,0 +1,69 @@
+"""Single samples put right before anything is fitted: swapped markers exchanged, gross errors and missed poses found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.diagnosis.fit import Data, Fit
+from calib.diagnosis.noise import robust_std
+from models.effects.predict import Active
+from models.effects.registry import View, effect_named
+
+Array = NDArray[np.float64]
+Bool = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Repaired:
+    """Data with swapped markers exchanged and gross errors left out, and the effects that this found."""
+
+    data: Data
+    found: tuple[Active, ...]
+
+
+def find_missed(data: Data, model: Fit) -> Active | None:
+    """Return the poses that the arm missed, by what `model` leaves, or None."""
+    effect = effect_named("missed_command")
+    assert effect.find is not None
+    for site, values in effect.find(data.problem.context, _view(data, model)):
+        return Active(effect, site, values)
+    return None
+
+
+def repair(data: Data, model: Fit) -> Repaired:
+    """Exchange swapped markers and leave out gross errors, judged by what `model` leaves of the untouched data."""
+    found: list[Active] = []
+    observed, counts = data.problem.observed, data.counts.copy()
+    if data.problem.is_pixels and len(data.problem.channels) > 1:
+        swap = effect_named("marker_swap")
+        assert swap.find is not None
+        for site, values in swap.find(data.problem.context, _view(data, model)):
+            found.append(Active(swap, site, values))
+            observed = exchanged(observed, data.problem.channels, found[-1])
+    data = replace(data, problem=replace(data.problem, observed=observed))
+    outliers = effect_named("outliers")
+    assert outliers.find is not None
+    for site, values in outliers.find(data.problem.context, _view(data, model)):
+        found.append(Active(outliers, site, values))
+        pairs = values.reshape(-1, 2).astype(int)
+        counts[pairs[:, 0], pairs[:, 1]] = False
+    return Repaired(replace(data, counts=counts), tuple(found))
+
+
+def exchanged(observed: Array, channels: tuple[str, ...], swap: Active) -> Array:
+    """Return the observations (N, M, d) with a found swap undone."""
+    assert swap.site.marker is not None
+    first, second, rows = channels.index(swap.site.marker), int(swap.values[0]), swap.values[1:].astype(int)
+    out = observed.copy()
+    out[rows, first], out[rows, second] = observed[rows, second], observed[rows, first]
+    return out
+
+
+def _view(data: Data, model: Fit) -> View:
+    observed = np.where(data.counts[..., None], data.problem.observed, np.nan)
+    predicted = data.problem.predict(model.g, model.effects)
+    scale = max(robust_std((observed - predicted)[data.counts]), data.noise)
+    return View(observed, predicted, scale)
