@@ -1,0 +1,211 @@
+"""Draw a sealed world: a true bench, a plan, and effects scaled to move the markers by a multiple of the noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.random import Generator
+from numpy.typing import NDArray
+
+from models.arm import NOMINAL, Arm, nominal_arm
+from models.camera_files import read_camera
+from models.effects.registry import effect_named
+from models.errors import JobError
+from models.kinematics import Deviation
+from models.plan import Plan
+from models.recording import Recording
+from models.world import World, ideal_world
+from sim.observe import observe
+from sim.sealed.displacement import Scene, moved_px
+from sim.sealed.plans import draw_plan
+from sim.sealed.ranges import GAUGE, NEEDS_GRAVITY, NEEDS_MARKERS, NEEDS_TIME, Hidden, draw_hidden
+
+Array = NDArray[np.float64]
+Strength = Literal["weak", "medium", "strong"]
+
+# How far the markers move, beyond what geometry takes up, in multiples of the noise of a pixel coordinate.
+STRENGTHS: dict[Strength, tuple[float, float]] = {"weak": (3.0, 6.0), "medium": (6.0, 15.0), "strong": (15.0, 40.0)}
+# The built arm against its drawing: what a ruler and a horn's spline (25 teeth: 14.4 degrees) leave.
+_LENGTH_ERROR_MM = 6.0
+_SHORT_LENGTH_ERROR_MM = 1.5
+_ZERO_ERROR_RAD = np.radians(6.0)
+# Noise of a marker's centre: from a good sub-pixel detector to a poor one, px.
+_NOISE_PX = (0.03, 0.3)
+_GRAVITY_M_S2 = 9.81
+# The arm's base stands at the lower right of the picture, so that its links reach over all of it.
+_BASE_MM = (40.0, -33.0)
+_BASE_SPREAD_MM = 6.0
+_ARM_PLANE_MM = -80.87
+_SCALINGS = 4
+_CLOSE_ENOUGH = 0.2
+_ATTEMPTS = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Sealed:
+    """A recording, the truth about it as plain data, and the world that it was made in."""
+
+    recording: Recording
+    truth: dict[str, Any]
+    world: World
+
+
+def draw_world(
+    rng: Generator,
+    effects: str | Sequence[str] | None = None,
+    strength: Strength = "medium",
+    *,
+    arm: Arm | None = None,
+    n_poses: int | None = None,
+    noise_px: float | None = None,
+    markers: Sequence[str] | None = None,
+    missing: float | None = None,
+) -> Sealed:
+    """Draw a world with no effect, one effect (its name) or several (names) hidden in it, and record it.
+
+    What is None is drawn: 120 to 260 poses, a noise of 0.03 to 0.3 px, all markers (or A and F alone in one of
+    eight worlds, as in the paper), up to 3 % of the sightings missing. Raises `InputError` for an unknown effect and
+    `JobError` where no draw moves the markers as far as `strength` says.
+    """
+    names = () if effects is None else (effects,) if isinstance(effects, str) else tuple(effects)
+    for name in names:
+        effect_named(name)
+    for _ in range(_ATTEMPTS):
+        bench, scene = bench_of(rng, names, arm, n_poses, noise_px, markers)
+        lost = float(rng.choice([0.0, rng.uniform(0.0, 0.03)])) if missing is None else missing
+        hidden = [_scaled(name, rng, bench, scene, strength) for name in names]
+        if all(found is not None for found in hidden):
+            return _record(rng, bench, scene, [found for found in hidden if found is not None], strength, lost)
+    raise JobError(f"no world in {_ATTEMPTS} draws in which {' and '.join(names)} moves the markers at '{strength}'")
+
+
+def bench_of(
+    rng: Generator,
+    names: Sequence[str],
+    arm: Arm | None = None,
+    n_poses: int | None = None,
+    noise_px: float | None = None,
+    markers: Sequence[str] | None = None,
+) -> tuple[World, Scene]:
+    """Draw a true bench without effects, fit for `names`, and the scene: what is done and looked for on it."""
+    declared = nominal_arm() if arm is None else arm
+    if arm is None and (NEEDS_GRAVITY.intersection(names) or rng.random() < 0.5):
+        declared = replace(declared, gravity_m_s2=np.array([0.0, -_GRAVITY_M_S2]))
+    spread = np.where(declared.link_lengths_mm > 20.0, _LENGTH_ERROR_MM, _SHORT_LENGTH_ERROR_MM)
+    deviation = Deviation(
+        rng.uniform(-spread, spread), rng.uniform(-_ZERO_ERROR_RAD, _ZERO_ERROR_RAD, declared.n_joints)
+    )
+    base = np.array(_BASE_MM) + rng.uniform(-_BASE_SPREAD_MM, _BASE_SPREAD_MM, 2)
+    world = ideal_world(declared, read_camera(NOMINAL / "webcam.yaml"), _ARM_PLANE_MM, base, deviation)
+    plan, held_out = draw_plan(rng, declared, int(rng.integers(120, 261)) if n_poses is None else n_poses)
+    period = rng.uniform(1.0, 3.0)
+    timed = bool(NEEDS_TIME.intersection(names)) or rng.random() < 0.8
+    noise = float(np.exp(rng.uniform(*np.log(_NOISE_PX)))) if noise_px is None else noise_px
+    if markers is None:
+        tip_only = rng.random() < 0.125 and not NEEDS_MARKERS.intersection(names)
+        markers = (declared.marker_names[0], declared.marker_names[-1]) if tip_only else declared.marker_names
+    return world, Scene(world, plan, held_out, period, timed, noise, tuple(markers))
+
+
+def hide(world: World, name: str, hidden: Hidden, amplitude: float) -> World:
+    """Return the world with effect `name` of an amplitude in it."""
+    inject = effect_named(name).inject
+    made: World = inject(world, hidden.parameters(amplitude), joint=hidden.joint, marker=hidden.marker)
+    return made
+
+
+def _scaled(
+    name: str, rng: Generator, bench: World, scene: Scene, strength: Strength
+) -> tuple[str, Hidden, float, float] | None:
+    """Draw an effect and scale it: (name, hidden, amplitude, displacement in px), or None where it stays too small."""
+    low, high = STRENGTHS[strength]
+    target = scene.noise_px * float(np.exp(rng.uniform(np.log(low * 1.1), np.log(high))))
+    hidden = draw_hidden(name, rng, scene.situation(target))
+    seed = int(rng.integers(2**32))
+
+    def measure(a: float) -> float:
+        return moved_px(scene, hide(bench, name, hidden, a), seed, beyond_geometry=name not in GAUGE)
+
+    amplitude = hidden.start
+    moved = measure(amplitude)
+    for _ in range(_SCALINGS):
+        if abs(np.log(max(moved, 1e-12) / target)) < _CLOSE_ENOUGH:
+            break
+        wanted = min(amplitude * float(np.clip(target / max(moved, 1e-12), 0.02, 50.0)), hidden.most)
+        if wanted == amplitude:
+            break
+        amplitude, moved = wanted, measure(wanted)
+    return (name, hidden, amplitude, moved) if moved >= low * scene.noise_px else None
+
+
+def _record(
+    rng: Generator,
+    bench: World,
+    scene: Scene,
+    found: Sequence[tuple[str, Hidden, float, float]],
+    strength: Strength,
+    missing: float,
+) -> Sealed:
+    world = bench
+    for name, hidden, amplitude, _ in found:
+        world = hide(world, name, hidden, amplitude)
+    plan = scene.plan
+    recording = observe(
+        world,
+        scene.pixels(world),
+        plan.q_cmd,
+        plan.trajectory,
+        scene.clock if scene.timed else None,
+        rng,
+        scene.noise_px,
+        held_out=scene.held_out,
+        markers=scene.markers,
+        missing=missing,
+        declare_noise=bool(rng.random() < 0.7),
+    )
+    effects = [
+        {
+            "effect": name,
+            "joint": hidden.joint,
+            "marker": hidden.marker,
+            "parameters": _plain(hidden.parameters(amplitude)),
+            "moved_px": moved,
+            "moved_noises": moved / scene.noise_px,
+        }
+        for name, hidden, amplitude, moved in found
+    ]
+    return Sealed(recording, truth_of(world, scene, plan, effects, strength if found else None), world)
+
+
+def _plain(parameters: dict[str, Any]) -> dict[str, Any]:
+    """Return parameters without NumPy's scalars."""
+    return {name: value.item() if isinstance(value, np.generic) else value for name, value in parameters.items()}
+
+
+def truth_of(
+    world: World, scene: Scene, plan: Plan, effects: list[dict[str, Any]], strength: str | None
+) -> dict[str, Any]:
+    """Return the truth about a world as plain data, with the keys of `truth.json`."""
+    camera = world.true_camera
+    return {
+        "link_lengths_mm": (world.arm.link_lengths_mm + world.deviation.lengths_mm).tolist(),
+        "joint_offsets_rad": world.deviation.joints_rad.tolist(),
+        "camera": {
+            "image_width": camera.image_width,
+            "image_height": camera.image_height,
+            "camera_matrix": camera.K.tolist(),
+            "distortion_model": "plumb_bob",
+            "distortion_coefficients": camera.D.tolist(),
+            "board_to_camera_rotation": camera.R_board_camera.tolist(),
+            "board_to_camera_translation_mm": camera.t_board_camera_mm.tolist(),
+        },
+        "arm_plane_z_mm": float(world.base_in_board_mm[2]),
+        "base_in_board_mm": world.base_in_board_mm.tolist(),
+        "effects": effects,
+        "strength": strength,
+        "noise_px": scene.noise_px,
+        "n_poses": len(plan),
+    }
