@@ -36,8 +36,11 @@ class _RecordingFile(Strict):
     held_out: Annotated[tuple[str, ...], Field(max_length=1000)] = ()
 
 
-def read_recording(folder: Path) -> Recording:
-    """Read a recording folder; raises `RecordingError` that names the file, the key or row, and what to do."""
+def read_recording(folder: Path, *, unmeasured: bool = False) -> Recording:
+    """Read a recording folder; raises `RecordingError` that names the file, the key or row, and what to do.
+
+    `unmeasured` accepts one with neither markers nor measured angles: its frames are still to be measured.
+    """
     if not folder.is_dir():
         raise RecordingError(f"{folder}: no such folder; a recording is a folder with recording.json and samples.csv")
     header = _read_header(folder / "recording.json")
@@ -47,8 +50,11 @@ def read_recording(folder: Path) -> Recording:
     table = _Table(columns, rows)
     markers = {name: table.pixels(name, header.camera) for name in arm.known_markers if f"{name}_u_px" in columns}
     q_meas = table.angles(arm, "meas", may_be_empty=True) if "theta1_meas_rad" in columns else None
-    if not markers and q_meas is None:
-        raise RecordingError("samples.csv: neither markers (a_u_px, ...) nor measured angles (theta1_meas_rad, ...)")
+    if not markers and q_meas is None and not unmeasured:
+        raise RecordingError(
+            "samples.csv: neither markers (a_u_px, ...) nor measured angles (theta1_meas_rad, ...); "
+            "`armtwin measure` finds the markers in frames/"
+        )
     if markers and (header.camera is None or header.arm_plane_z_mm is None):
         missing = "camera" if header.camera is None else "arm_plane_z_mm"
         raise RecordingError(f"recording.json: key '{missing}' is missing, samples.csv has markers in pixels")

@@ -90,13 +90,13 @@ class CameraTable(Strict):
 
 
 class PictureTable(Strict):
-    """What the optics and the sensor do to a frame."""
+    """What the optics and the sensor do to a frame; keys and defaults of `sim.sensor.Sensor`, and the lamp's shadows."""
 
-    blur_px: NotNegative = 0.7
+    blur_sigma_px: Annotated[float, Field(ge=0, le=20)] = 0.7
     exposure: Annotated[float, Field(gt=0, le=4)] = 1.0
-    vignetting: Annotated[float, Field(ge=0, le=1)] = 0.2
-    full_well_electrons: Annotated[float, Field(ge=100, le=1e6)] = 8000.0
-    read_noise_electrons: NotNegative = 12.0
+    vignetting: Annotated[float, Field(ge=0, lt=1)] = 0.15
+    full_well_electrons: Annotated[float, Field(ge=0, le=1e6)] = 9000.0
+    read_noise_electrons: Annotated[float, Field(ge=0, le=1e5)] = 15.0
     shadows: bool = True
 
 
@@ -192,7 +192,7 @@ def check_scenario(data: object, file: str) -> ScenarioFile:
 
 
 def _gathered(table: Any) -> Any:
-    if not isinstance(table, dict):
+    if not isinstance(table, dict) or "parameters" in table:
         return table
     own = {key: value for key, value in table.items() if key in ("name", "joint", "marker")}
     return own | {"parameters": {key: value for key, value in table.items() if key not in own}}

@@ -1,0 +1,64 @@
+"""`armtwin measure`: from a recording's frames to its markers in pixels."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from calib.markers import MarkerReading, measure_frames, with_markers
+from models.errors import InputError
+from models.recording_reader import read_recording
+from models.recording_writer import write_recording
+
+
+class Detector(StrEnum):
+    """How the markers are found in a frame."""
+
+    SUBPIXEL = "subpixel"
+    PAPER = "paper"
+
+
+def measure_command(
+    recording: Annotated[
+        Path, typer.Argument(metavar="RECORDING", help="Folder with recording.json, samples.csv and frames/.")
+    ],
+    out: Annotated[
+        Path, typer.Option("--out", help="Folder for the measured recording; RECORDING itself replaces its pixels.")
+    ],
+    method: Annotated[
+        Detector, typer.Option("--method", help="subpixel: edge points and ellipses; paper: section 3.2's filter chain.")
+    ] = Detector.SUBPIXEL,
+) -> None:
+    """Measure the markers in a recording's frames.
+
+    Writes recording.json and samples.csv with the markers' pixels; an empty cell is a marker that was not seen.
+
+    Example: armtwin measure recordings/circles --method subpixel --out recordings/circles_measured
+    """
+    if out.exists() and not out.is_dir():
+        raise InputError(f"{out}: is a file, --out wants a folder")
+    data = read_recording(recording, unmeasured=True)
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        bar = progress.add_task("Measuring frames", total=len(data))
+        readings = measure_frames(data, method.value, progress=lambda done, _: progress.update(bar, completed=done))
+    write_recording(out, replace(with_markers(data, readings), q_meas=data.q_meas))
+    _print(Console(), data.arm.marker_names, readings)
+    typer.echo(f"Recording written to {out}")
+
+
+def _print(console: Console, names: tuple[str, ...], readings: tuple[MarkerReading, ...]) -> None:
+    table = Table("marker", "seen", "hidden", "ambiguous")
+    for name in names:
+        states = [reading.status[name] for reading in readings]
+        table.add_row(name.upper(), *(str(states.count(state)) for state in ("seen", "hidden", "ambiguous")))
+    console.print(table)
+    for row, reading in enumerate(readings):
+        for message in reading.messages:
+            console.print(f"row {row}: {message}", highlight=False, markup=False)

@@ -1,0 +1,63 @@
+"""Stages that move the arm and take pictures: before calibration all trajectories, after it the validation's again."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.atomic import folder_aside
+from models.bench import Bench
+from models.kinematics import Deviation, inverse
+from scenarios.runner.bench import simulated_bench
+from scenarios.runner.frames import write_frame
+from scenarios.runner.job import Job
+from scenarios.runner.worker import Tick
+from scenarios.runner.world import declared_arm
+
+Array = NDArray[np.float64]
+
+
+def capture_before(job: Job, tick: Tick) -> dict[str, Any]:
+    """Run every trajectory through the nominal inverse kinematics, one after the other."""
+    arm, scenario = declared_arm(job.scenario), job.scenario
+    commands = {name: inverse(arm, path.poses()) for name, path in scenario.trajectories.items()}
+    return _capture(job, "before", commands, tick)
+
+
+def capture_after(job: Job, tick: Tick) -> dict[str, Any]:
+    """Run the validation trajectory again, through the inverse kinematics of the calibrated arm."""
+    found = job.load("calibration")["corrected_with"]
+    delta = Deviation(np.array(found["lengths_mm"]), np.array(found["joints_rad"]))
+    name = job.scenario.validate_on
+    poses = job.scenario.trajectories[name].poses()
+    return _capture(job, "after", {name: inverse(declared_arm(job.scenario), poses, delta=delta)}, tick)
+
+
+def _capture(job: Job, recording: str, commands: dict[str, Array], tick: Tick) -> dict[str, Any]:
+    """Take one picture a pose into `recordings/<recording>/frames`, all or none of them."""
+    q_cmd = np.concatenate(list(commands.values()))
+    bench = simulated_bench(job.scenario, recording)
+    with folder_aside(job.recordings / recording / "frames") as folder:
+        times = _follow(bench, q_cmd, lambda number, image: write_frame(folder, number, image), tick)
+    return {
+        "trajectory": [name for name, q in commands.items() for _ in q],
+        "q_cmd_rad": q_cmd,
+        "time_s": times,
+    }
+
+
+def _follow(bench: Bench, q_cmd: Array, keep: Any, tick: Tick) -> list[float]:
+    times = []
+    bench.connect()
+    try:
+        for number, q in enumerate(q_cmd):
+            bench.move(q)
+            frame = bench.capture()
+            keep(number, frame.image)
+            times.append(frame.time_s)
+            tick(number + 1, len(q_cmd))
+    finally:
+        bench.close()
+    return times

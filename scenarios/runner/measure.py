@@ -1,0 +1,61 @@
+"""Stages that turn frames into pixels, with the default detector and with the paper's."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from calib.markers import MarkerReading, measure_frames, with_markers
+from models.recording import Recording, make_samples
+from models.recording_reader import read_recording
+from models.recording_writer import write_recording
+from scenarios.runner.camera import calibrated_camera
+from scenarios.runner.job import Job
+from scenarios.runner.worker import Tick
+from scenarios.runner.world import declared_arm
+
+
+def measure_before(job: Job, tick: Tick) -> dict[str, Any]:
+    """Measure the markers in the frames taken before the arm was calibrated."""
+    return _measure(job, "before", (job.scenario.validate_on,), tick)
+
+
+def measure_after(job: Job, tick: Tick) -> dict[str, Any]:
+    """Measure the markers in the frames taken after the arm was calibrated."""
+    return _measure(job, "after", (), tick)
+
+
+def recorded(job: Job, recording: str) -> Recording:
+    """Return a recording of this run, measured by the default detector."""
+    return read_recording(job.recordings / recording)
+
+
+def _measure(job: Job, name: str, held_out: tuple[str, ...], tick: Tick) -> dict[str, Any]:
+    """Complete `recordings/<name>` with the default detector's pixels; return what both detectors found."""
+    taken = job.load(f"capture_{name}")
+    n = len(taken["trajectory"])
+    frames = Recording(
+        arm=declared_arm(job.scenario),
+        camera=calibrated_camera(job),
+        arm_plane_z_mm=job.scenario.bench.arm_plane_z_mm,
+        sample=make_samples(n),
+        time_s=np.array(taken["time_s"]),
+        trajectory=np.array(taken["trajectory"], dtype=np.str_),
+        q_cmd=np.array(taken["q_cmd_rad"]),
+        held_out=held_out,
+        folder=job.recordings / name,
+    )
+    fine = measure_frames(frames, "subpixel", progress=lambda done, _: tick(done, 2 * n))
+    coarse = measure_frames(frames, "paper", progress=lambda done, _: tick(n + done, 2 * n))
+    write_recording(job.recordings / name, with_markers(frames, fine))
+    return {"subpixel": _table(frames, fine), "paper": _table(frames, coarse)}
+
+
+def _table(frames: Recording, readings: tuple[MarkerReading, ...]) -> dict[str, Any]:
+    names = frames.arm.marker_names
+    return {
+        "markers_px": {name: [reading.pixels[name] for reading in readings] for name in names},
+        "unseen": {name: sum(name not in reading.discs for reading in readings) for name in names},
+        "messages": [f"sample {row}: {line}" for row, reading in enumerate(readings) for line in reading.messages],
+    }

@@ -1,0 +1,67 @@
+"""The validation line before and after the calibration (Figures 5 and 6), as measured and as it truly was."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.arm.algorithm_1 import measured_tip
+from models.recording import Recording
+from scenarios.runner.job import Job
+from scenarios.runner.measure import recorded
+from scenarios.runner.worker import Tick
+from scenarios.runner.world import build_world
+from sim.physics.simulation import simulate
+
+Array = NDArray[np.float64]
+
+
+def validate(job: Job, tick: Tick) -> dict[str, Any]:
+    """Compare the tip's measured and true path with the commanded one, before and after."""
+    path = job.scenario.trajectories[job.scenario.validate_on].poses()[:, :2]
+    runs = {}
+    for number, name in enumerate(("before", "after")):
+        recording = recorded(job, name)
+        rows = np.flatnonzero(recording.trajectory == job.scenario.validate_on)
+        runs[name] = _run(recording, rows, path, _true_tip(job, recording)[rows])
+        tick(number + 1, 2)
+    before, after = runs["before"]["mean_mm"], runs["after"]["mean_mm"]
+    return {
+        "trajectory": job.scenario.validate_on,
+        "commanded_mm": path,
+        "runs": runs,
+        "mean_before_mm": before,
+        "mean_after_mm": after,
+        "reduction_percent": 100.0 * (1.0 - after / before),
+    }
+
+
+def _run(recording: Recording, rows: NDArray[np.int64], path: Array, true_mm: Array) -> dict[str, Any]:
+    """Equations (11) and (19) on one run of the line; poses without A or F are null and left out of the means."""
+    seen_mm, seen_rows, _ = measured_tip(recording, rows)
+    measured = np.full((len(rows), 2), np.nan)
+    measured[np.searchsorted(rows, seen_rows)] = seen_mm
+    error = np.linalg.norm(measured - path, axis=1)
+    true_error = np.linalg.norm(true_mm - path, axis=1)
+    return {
+        "measured_mm": measured,
+        "true_mm": true_mm,
+        "error_mm": error,
+        "true_error_mm": true_error,
+        "mean_mm": np.nanmean(error),
+        "std_of_mean_mm": np.nanstd(error, ddof=1) / np.sqrt(np.isfinite(error).sum()),
+        "max_mm": np.nanmax(error),
+        "true_mean_mm": true_error.mean(),
+        "vision_error_mm": np.sqrt(np.nanmean(((measured - true_mm) ** 2).sum(axis=1))),
+    }
+
+
+def _true_tip(job: Job, recording: Recording) -> Array:
+    """(N, 2) where the simulated arm's tip truly was relative to A, robot mm: what no bench can tell."""
+    world = build_world(job.scenario)
+    points = simulate(world, recording.q_cmd, recording.time_s)
+    column = world.arm.known_markers.index(recording.arm.marker_names[-1])
+    tip: Array = points[:, column, :2]
+    return tip
