@@ -94,7 +94,8 @@ class QualityTable(Strict):
     max_saturated_share: Annotated[float, Field(gt=0, le=1)] = 0.35
     # A sharp webcam's edges measure 3 px (photographs of a chessboard, 640x480), blurred by sigma = 2 px 6, by 3 px 8.
     max_edge_px: Annotated[float, Field(gt=0, le=100)] = 7.0
-    frozen_s: Annotated[float, Field(gt=0, le=60)] = 1.0
+    # Twice as long as a stream that falls a second behind is silent.
+    frozen_s: Annotated[float, Field(gt=0, le=60)] = 2.0
 
 
 class BenchTable(Strict):

@@ -99,7 +99,10 @@ class CaptureFolder:
 
     def finish(self, held_out: tuple[str, ...]) -> None:
         """Note the trajectories to be kept for validation, now that all their rows are there."""
-        atomic.write_json(self.folder / "recording.json", self._header(held_out))
+        path = self.folder / "recording.json"
+        header = json.loads(path.read_text("utf-8"))
+        if held_out and header.get("held_out") != list(held_out):  # what was measured since stays in the file
+            atomic.write_json(path, {**header, "held_out": list(held_out)})
 
     def close(self) -> None:
         """Close the file of rows. May be called twice."""
@@ -121,7 +124,7 @@ class CaptureFolder:
             self._refuse_other_bench()
         self._refuse_full_disk()
         if not found:
-            atomic.write_json(self.folder / "recording.json", self._header(()))
+            atomic.write_json(self.folder / "recording.json", self._header())
         (self.folder / "frames").mkdir(exist_ok=True)
         samples = self.folder / "samples.csv"
         kept = self._take_up(samples) if samples.exists() else b""
@@ -173,7 +176,7 @@ class CaptureFolder:
             found = json.loads(path.read_text("utf-8"))
         except (ValueError, RecursionError) as error:
             raise RecordingError(f"{path}: not JSON ({error}); choose another --out") from None
-        wanted: dict[str, Any] = json.loads(json.dumps(self._header(())))
+        wanted: dict[str, Any] = json.loads(json.dumps(self._header()))
         for key in ("schema", "arm", "camera", "arm_plane_z_mm"):
             here = found.get(key) if isinstance(found, dict) else None
             if here != wanted[key]:
@@ -193,8 +196,8 @@ class CaptureFolder:
                 "free; make room or choose another --out"
             )
 
-    def _header(self, held_out: tuple[str, ...]) -> dict[str, Any]:
-        return header_of(self._recording(0, 0.0, held_out))
+    def _header(self) -> dict[str, Any]:
+        return header_of(self._recording(0, 0.0))
 
     def _columns(self) -> list[str]:
         return columns_of(self._recording(0, 0.0))
@@ -202,14 +205,13 @@ class CaptureFolder:
     def _row(self, sample: int, time_s: float) -> bytes:
         return _line(row_of(self._recording(sample, time_s), 0))
 
-    def _recording(self, sample: int, time_s: float, held_out: tuple[str, ...] = ()) -> Recording:
+    def _recording(self, sample: int, time_s: float) -> Recording:
         """One row as a recording; its markers are not measured yet, which an empty cell says."""
         rows = slice(sample, sample + 1)
         return Recording(
             arm=self._arm,
             camera=self._camera,
             arm_plane_z_mm=self._arm_plane_z_mm,
-            held_out=held_out,
             sample=np.array([sample]),
             time_s=np.array([round(time_s, 6)]),
             trajectory=self.plan.trajectory[rows],

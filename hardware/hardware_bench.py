@@ -164,11 +164,11 @@ class HardwareBench:
         before = self._resting or self.webcam.newest()
         self._resting = None
         distance = 0.0 if self._q is None else float(np.abs(q - self._q).max())
-        sent_s = time.monotonic()
-        duration_s = self.link.move(self.setup.servo_map.pulses_us(q), distance / speed_rad_s)
+        self.link.move(self.setup.servo_map.pulses_us(q), distance / speed_rad_s)
         self._q = q
+        self.link.wait()
         visible = distance >= _VISIBLE_STEP_RAD
-        self._resting = self._wait_for_rest(to_grey(before.image) if visible else None, sent_s + duration_s)
+        self._resting = self._wait_for_rest(to_grey(before.image) if visible else None, time.monotonic())
 
     def _wait_for_rest(self, reference: Grey | None, earliest_s: float) -> Picture:
         settle = self.setup.settle

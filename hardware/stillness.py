@@ -26,7 +26,7 @@ BLOCK_PX = 16
 # Above the loudest pair of a dozen still frames: a louder one is rare then, and only costs another frame.
 _NOISE_MARGIN = 1.15
 _ROUNDING_LEVELS = 0.1
-MIN_FRAMES = 3
+MIN_FRAMES = 4
 
 
 def to_grey(image: NDArray[np.uint8]) -> Grey:

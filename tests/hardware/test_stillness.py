@@ -33,7 +33,7 @@ def test_a_third_of_a_pixel_at_the_tip_is_told_from_noise(scene, noise: float):
 def test_a_still_arm_rests_after_the_time_asked_for(scene, noise: float):
     watch = StillnessWatch(noise, 0.12, 0.0)
 
-    assert rests_at(watch, greys(scene, [0.0] * 10)) == 3  # 0.12 s are three frames of 0.04 s
+    assert rests_at(watch, greys(scene, [0.0] * 10)) == 3  # the fourth frame comes 0.12 s after the first
 
 
 def test_a_swinging_arm_does_not_rest(scene, noise: float):
