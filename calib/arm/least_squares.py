@@ -132,13 +132,24 @@ def _solve(problem: _Problem) -> _Fit:
 def _plain(
     problem: _Problem, basis: Array, x: Array, used: NDArray[np.bool_], sigma: float
 ) -> tuple[Array, Array, Array]:
-    """Gauss-Newton on the used markers to rest; returns parameters, residuals and Jacobian there."""
+    """Gauss-Newton with step halving on the used markers to rest; returns parameters, residuals and Jacobian there."""
+    weight, prior = used.astype(float), problem.precision()
+
+    def cost(at: Array, residuals: Array) -> float:
+        return float((residuals[used] ** 2).sum() / sigma**2 + at @ prior @ at)
+
+    r, J = problem.residuals(x)
     for _ in range(_MAX_STEPS):
-        r, J = problem.residuals(x)
-        moved_x, moved = _step(problem, basis, x, r, J, used.astype(float), sigma)
+        ahead, moved = _step(problem, basis, x, r, J, weight, sigma)
         if moved < _AT_REST:
             return x, r, J
-        x = moved_x
+        new_r, new_J = problem.residuals(ahead)
+        while cost(ahead, new_r) > cost(x, r) and moved >= _AT_REST:
+            ahead, moved = (x + ahead) / 2.0, moved / 2.0
+            new_r, new_J = problem.residuals(ahead)
+        if moved < _AT_REST:
+            return x, r, J
+        x, r, J = ahead, new_r, new_J
     raise JobError(
         f"the arm calibration did not come to rest in {_MAX_STEPS} steps; the markers or commands of this recording "
         "contradict one another: look for swapped markers or shifted rows"
@@ -154,8 +165,15 @@ def _step(
     prior = problem.precision()
     H = basis.T @ (weighted @ flat + prior) @ basis
     gradient = basis.T @ (weighted @ (r.ravel() / sigma) - prior @ x)
-    step = np.linalg.solve(H, gradient)
+    step = _solve_normal(H, gradient)
     return x + basis @ step, float(np.abs(step * np.sqrt(np.diag(H))).max())
+
+
+def _solve_normal(H: Array, right: Array) -> Array:
+    """Solve normal equations whose unknowns have different units, each first scaled to one."""
+    scale = 1.0 / np.sqrt(np.diag(H))
+    scaled = np.linalg.solve(H * np.outer(scale, scale), (scale * right.T).T)
+    return (scale * scaled.T).T
 
 
 def _robust_sigma(distance: Array, n_free: int) -> float:
@@ -181,7 +199,7 @@ def _report(recording: Recording, problem: _Problem, fit: _Fit) -> ArmCalibratio
     flat = J.reshape(-1, J.shape[-1]) / fit.sigma
     known = analyse(chain, flat, seen.markers, recording.q_cmd[np.unique(seen.row[fit.used])])
     prior = problem.precision()
-    cov = np.linalg.inv(basis.T @ (flat.T @ flat + prior) @ basis)
+    cov = _solve_normal(basis.T @ (flat.T @ flat + prior) @ basis, np.eye(basis.shape[1]))
     poses, pose = np.unique(seen.row[fit.used], return_inverse=True)
     scores = np.zeros((len(poses), basis.shape[1]))
     np.add.at(scores, pose, np.einsum("kip,ki->kp", J, r) @ basis / fit.sigma**2)
