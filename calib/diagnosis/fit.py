@@ -123,7 +123,7 @@ def _linearise(
     columns = [by_g[counts].reshape(-1, by_g.shape[-1])]
     for index, (active, of) in enumerate(zip(state.effects, parameters, strict=True)):
         for k in free[index]:
-            step = _difference_step(of[k], active.values[k])
+            step = difference_step(of[k], active.values[k])
             values = active.values.copy()
             values[k] += step
             moved = list(state.effects)
@@ -137,7 +137,7 @@ def _linearise(
     return J, r, np.repeat(inside.astype(float), d)
 
 
-def _difference_step(parameter: Parameter, value: float) -> float:
+def difference_step(parameter: Parameter, value: float) -> float:
     """Size of a one-sided difference, away from the nearer bound."""
     low, high = parameter.bounds
     step = 1e-4 * parameter.prior_std

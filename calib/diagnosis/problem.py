@@ -97,7 +97,7 @@ class Problem:
         points = marker_points(self.context, self.geometry(g), q, effects)
         board = robot_to_board(points, self.base_in_board_mm)
         pixels = camera_path(self.context, effects).project(camera, board)
-        by_x, by_y = self._pixels_by_plane(board)
+        by_x, by_y = self._slopes(board)
         J = np.zeros((*pixels.shape, len(g)))
         J[..., 0], J[..., 1] = by_x, by_y
         directions = self.context.directions(q)
@@ -115,8 +115,13 @@ class Problem:
             return [*((link, link) for link in range(n - 1)), (n, n - 1)]
         return [(link, link) for link in range(self.context.arm.marker_names.index(marker))]
 
-    def _pixels_by_plane(self, board: Array) -> tuple[Array, Array]:
-        """Two (N, M, 2) derivatives of the pixels by the robot's x and y, pixels per mm (the assumed camera's)."""
+    def pixels_by_plane(self, g: Array) -> tuple[Array, Array]:
+        """Two (N, M, 2) derivatives of the pixels by the robot's x and y, pixels per mm, at the commanded poses."""
+        points = marker_points(self.context, self.geometry(g), self.context.q_cmd)
+        return self._slopes(robot_to_board(points, self.base_in_board_mm))
+
+    def _slopes(self, board: Array) -> tuple[Array, Array]:
+        """Two (N, M, 2) derivatives of the assumed camera's pixels by the robot's x and y at board points."""
         camera = self.context.camera
         assert camera is not None
         X = board @ camera.R_board_camera.T + camera.t_board_camera_mm

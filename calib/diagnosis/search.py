@@ -76,7 +76,9 @@ class Explanation:
     considered: tuple[Candidate, ...]
 
 
-def search(problem: Problem, rows: Bool, noise: float | None, progress: Callable[[str], None] = lambda _: None) -> Explanation:
+def search(
+    problem: Problem, rows: Bool, noise: float | None, progress: Callable[[str], None] = lambda _: None
+) -> Explanation:
     """Explain the rows (N,) of a recording."""
     counts = np.isfinite(problem.observed).all(axis=-1) & rows[:, None]
     geometric, problem = robust_geometry(problem, counts, noise)
@@ -188,7 +190,8 @@ def _replace_each(
             equivalents[active.key] = tuple(
                 other.active
                 for other in ranked
-                if other.active.key != active.key and tied(data, own, other, excess_of(data, without))
+                if other.active.key != active.key
+                and tied(data, own, other, excess_of(data, without), excess_of(data, own.fit))
             )[:_MOST_EQUIVALENTS]
         if not changed:
             break
@@ -202,7 +205,9 @@ def _own(ranked: list[Candidate], active: Active, base: Fit) -> Candidate:
     return min([held, *mine], key=lambda candidate: candidate.score)
 
 
-def _explanation(data: Data, base: Fit, repaired: Repaired, equivalents: dict, considered: list[Candidate]) -> Explanation:
+def _explanation(
+    data: Data, base: Fit, repaired: Repaired, equivalents: dict, considered: list[Candidate]
+) -> Explanation:
     geometric = fit(data, base.g, ())
     final = fit(data, base.g, base.effects)
     excess = excess_of(data, geometric)

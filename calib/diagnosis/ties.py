@@ -12,20 +12,25 @@ if TYPE_CHECKING:
 
 # Below this difference of scores no two models are told apart (a Bayes factor of about 50).
 _LEAST_DIFFERENCE = 8.0
-# Standard deviations of Vuong's statistic (Q. Vuong, Econometrica 57, 1989).
-_VUONG = 2.3
-# No term has exactly the world's form: a difference that is this small a share of what either explains tells nothing.
-_FORM_SHARE = 0.004
+# No term has exactly the world's form: what the best model itself fails to explain is the yardstick of any difference.
+_PART_OF_REMAINDER = 0.3
+# A larger difference still tells nothing where a few poses make it (Q. Vuong's statistic, Econometrica 57, 1989) and it
+# is a small share of what either model explains.
+_VUONG = 2.0
+_SMALL_SHARE = 0.01
 
 
-def tied(data: Data, best: Candidate, other: Candidate, excess: float) -> bool:
+def tied(data: Data, best: Candidate, other: Candidate, excess: float, remaining: float) -> bool:
     """Whether `other` explains the data as well as `best`, by the pose-wise differences of their misfits.
 
-    Poses that follow one another are not independent, so the variance is that of sums over runs of poses.
+    `excess` is what there was to explain, `remaining` what `best` leaves of it. Poses that follow one another are not
+    independent, so the variance is that of sums over runs of poses.
     """
-    by_pose = (other.fit.misfit - best.fit.misfit).sum(axis=1)[data.counts.any(axis=1)]
     difference = other.score - best.score
+    if difference < max(_LEAST_DIFFERENCE, _PART_OF_REMAINDER * remaining):
+        return True
+    by_pose = (other.fit.misfit - best.fit.misfit).sum(axis=1)[data.counts.any(axis=1)]
     runs = max(4, int(np.sqrt(len(by_pose))))
     sums = np.array([part.sum() for part in np.array_split(by_pose, runs)])
     spread = float(sums.std(ddof=1) * np.sqrt(runs))
-    return difference < max(_LEAST_DIFFERENCE, _FORM_SHARE * excess) or difference < _VUONG * spread * 0.5
+    return difference < _SMALL_SHARE * excess and difference < _VUONG * spread

@@ -14,8 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from scipy.spatial.transform import Rotation
-
 from models.effects.context import Context
 from models.effects.pixels import needs_camera
 from models.effects.predict import PointState

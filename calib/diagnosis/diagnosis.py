@@ -1,0 +1,171 @@
+"""The whole of a diagnosis: gate, search, ties, verdict, uncertainty, held-out gain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.diagnosis.fit import Fit
+from calib.diagnosis.geometry import GeometryReport, geometry_report
+from calib.diagnosis.holdout import HeldOut, held_out_gain, held_out_rows
+from calib.diagnosis.problem import Problem, problem_of
+from calib.diagnosis.search import Cause, Explanation, degrees_of_freedom, search
+from calib.diagnosis.structure import Trend, trends
+from calib.diagnosis.uncertainty import uncertainty
+from models.effects.predict import Active
+from models.errors import RecordingError
+from models.recording import Recording
+
+Array = NDArray[np.float64]
+Bool = NDArray[np.bool_]
+Verdict = Literal["none", "named", "ambiguous", "unknown"]
+
+# A remainder this many times the declared noise's variance is no noise, whatever it follows.
+_LOUD = 1.5
+# A model that leaves more than this share of what there was to explain has not found the cause.
+_LEFT_SHARE = 0.2
+# Values beyond the number of parameters without which nothing can be decided.
+_SPARE_VALUES = 8
+
+
+@dataclass(frozen=True, eq=False)
+class NamedCause:
+    """A cause with its parameters (k,) and their standard deviations (k,)."""
+
+    active: Active
+    names: tuple[str, ...]
+    std: Array
+    p_value: float
+    explained_percent: float
+    equivalents: tuple[Active, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Diagnosis:
+    """What a recording says of its twin.
+
+    Attributes:
+        verdict: none, named, ambiguous or unknown.
+        causes: named ones, most explaining first; empty for none and unknown.
+        suspects: for the verdict unknown, what explains most although not enough.
+        geometry, held_out: calibrated geometry; errors before and after on unseen poses.
+        trends_before, trends_after: what the remainder follows, for the geometric and for the extended twin.
+        unexplained_rms_mm: of the extended twin on the poses that it was fitted to.
+        problem, explanation, fit_rows: for reports and experiments.
+
+    """
+
+    verdict: Verdict
+    causes: tuple[NamedCause, ...]
+    suspects: tuple[NamedCause, ...]
+    geometry: GeometryReport
+    held_out: HeldOut
+    trends_before: tuple[Trend, ...]
+    trends_after: tuple[Trend, ...]
+    unexplained_rms_mm: float
+    problem: Problem
+    explanation: Explanation
+    fit_rows: Bool
+    held_rows: Bool
+
+
+def diagnose(recording: Recording, progress: Callable[[str], None] = lambda _: None) -> Diagnosis:
+    """Diagnose a recording; raises `RecordingError` where it cannot decide anything, and says what is missing."""
+    problem = problem_of(recording)
+    held_rows, names, words = held_out_rows(recording)
+    fit_rows = ~held_rows
+    check_decidable(problem, fit_rows)
+    progress("fitting the geometry")
+    explanation = search(problem, fit_rows, recording.pixel_noise_px if problem.is_pixels else None, progress)
+    data, final = explanation.data, explanation.final
+    progress("measuring the gain on held-out poses")
+    before = tuple(trends(data, explanation.geometric))
+    after = tuple(trends(data, final))
+    spread = uncertainty(data, final)
+    causes = tuple(_named(explanation, cause, spread.effects_std) for cause in explanation.causes)
+    causes += tuple(_found(active, explanation) for active in explanation.found)
+    verdict = _verdict(explanation, after, causes)
+    held_out = held_out_gain(problem, explanation, held_rows, names, words)
+    return Diagnosis(
+        verdict=verdict,
+        causes=() if verdict == "unknown" else causes,
+        suspects=causes if verdict == "unknown" else (),
+        geometry=geometry_report(data, final, spread.covariance),
+        held_out=held_out,
+        trends_before=before,
+        trends_after=after,
+        unexplained_rms_mm=_rms_mm(explanation, held_out),
+        problem=problem,
+        explanation=explanation,
+        fit_rows=fit_rows,
+        held_rows=held_rows,
+    )
+
+
+def check_decidable(problem: Problem, rows: Bool) -> None:
+    """Raise `RecordingError` where there are too few poses, or nothing moves."""
+    seen = np.isfinite(problem.observed).all(axis=-1) & rows[:, None]
+    values = int(seen.sum()) * problem.observed.shape[-1]
+    wanted = len(problem.nominal) + _SPARE_VALUES
+    if values < wanted:
+        each = max(problem.observed.shape[1] * problem.observed.shape[-1], 1)
+        missing = int(np.ceil((wanted - values) / each))
+        raise RecordingError(
+            f"samples.csv: too short to decide: {int(seen.any(axis=1).sum())} poses to fit with {values} measured "
+            f"values, {wanted} are wanted; add at least {missing} poses"
+        )
+    q = problem.context.q_cmd[rows]
+    still = [f"theta{joint + 1}_cmd_rad" for joint in range(q.shape[1]) if np.ptp(q[:, joint]) < 1e-6]
+    if len(still) == q.shape[1]:
+        raise RecordingError(f"samples.csv: {', '.join(still)} never change; nothing can be told of an arm at rest")
+
+
+def _verdict(explanation: Explanation, after: tuple[Trend, ...], causes: tuple[NamedCause, ...]) -> Verdict:
+    data, final = explanation.data, explanation.final
+    free = degrees_of_freedom(data, final)
+    reduced = float(final.misfit.sum()) / free
+    loud = reduced > _LOUD
+    structured = bool(after)
+    if not explanation.causes:
+        if structured or loud:
+            return "unknown"
+        return "named" if causes else "none"
+    left = explanation.remaining / explanation.excess if explanation.excess > 0 else 0.0
+    if left > _LEFT_SHARE and (structured or loud):
+        return "unknown"
+    return "ambiguous" if any(cause.equivalents for cause in causes) else "named"
+
+
+def _named(explanation: Explanation, cause: Cause, stds: tuple[Array, ...]) -> NamedCause:
+    data, final = explanation.data, explanation.final
+    index = [active.key for active in final.effects].index(cause.active.key)
+    parameters = cause.active.effect.parameters(data.problem.context, cause.active.site)
+    return NamedCause(
+        active=cause.active,
+        names=tuple(parameter.name for parameter in parameters),
+        std=stds[index],
+        p_value=cause.p_value,
+        explained_percent=100.0 * cause.explained_share,
+        equivalents=cause.equivalents,
+    )
+
+
+def _found(active: Active, explanation: Explanation) -> NamedCause:
+    """Return a cause of single samples; each of its points is beyond doubt, so its p-value is that of one of them."""
+    return NamedCause(active, (), np.zeros(0), 1e-12, 100.0, ())
+
+
+def _rms_mm(explanation: Explanation, held_out: HeldOut) -> float:
+    data = explanation.data
+    per_noise = held_out.noise_floor_mm / np.sqrt(data.problem.observed.shape[-1])
+    points = max(int(data.counts.sum()), 1)
+    return float(np.sqrt(explanation.final.misfit.sum() / points) * per_noise)
+
+
+def geometric_fit(diagnosis: Diagnosis) -> Fit:
+    """Return the fit of the geometry alone."""
+    return replace(diagnosis.explanation.geometric)

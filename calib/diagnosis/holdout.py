@@ -1,0 +1,131 @@
+"""The gain, measured once, on poses that no step of the search has seen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.diagnosis.problem import Problem
+from calib.diagnosis.repairs import repair
+from calib.diagnosis.search import Explanation
+from models.effects.predict import Active
+from models.recording import Recording
+
+Array = NDArray[np.float64]
+Bool = NDArray[np.bool_]
+
+_BOOTSTRAPS = 2000
+# Poses that follow one another share their errors; they are resampled together.
+_BLOCK = 5
+# Every n-th pose is kept back where there are too few trajectories to keep a whole one.
+_EVERY = 4
+
+
+@dataclass(frozen=True, eq=False)
+class HeldOut:
+    """Errors on held-out poses, mm in the robot's plane (for joint angles: mm at the tip of the stretched arm)."""
+
+    trajectories: tuple[str, ...]
+    description: str
+    n_poses: int
+    nominal_rms_mm: float
+    before_rms_mm: float
+    after_rms_mm: float
+    before_median_mm: float
+    after_median_mm: float
+    noise_floor_mm: float
+    gain_percent: float
+    gain_ci95_percent: tuple[float, float]
+
+
+def held_out_rows(recording: Recording) -> tuple[Bool, tuple[str, ...], str]:
+    """Return the rows (N,) to keep back, their trajectories, and in words how they were chosen."""
+    names = list(dict.fromkeys(str(name) for name in recording.trajectory))
+    if recording.held_out:
+        kept = tuple(recording.held_out)
+        if len(kept) < len(names):
+            return np.isin(recording.trajectory, kept), kept, "the trajectories that the recording holds out"
+    if len(names) >= 4:
+        return recording.trajectory == names[-1], (names[-1],), "the last trajectory"
+    rows = np.arange(len(recording)) % _EVERY == _EVERY // 2
+    return rows, (), f"every {_EVERY}th pose, there being too few trajectories to hold a whole one out"
+
+
+def held_out_gain(
+    problem: Problem, explanation: Explanation, rows: Bool, names: tuple[str, ...], words: str
+) -> HeldOut:
+    """Measure the errors of the drawing, the calibrated and the extended twin on the held-out rows."""
+    data, final = explanation.data, explanation.final
+    whole = replace(
+        data, problem=replace(data.problem, observed=problem.observed), counts=_seen(problem) & rows[:, None]
+    )
+    repaired = repair(whole, final)
+    observed, seen = repaired.data.problem.observed, repaired.data.counts
+    nominal = _errors(problem, observed, seen, problem.nominal, ())
+    before = _errors(data.problem, observed, seen, explanation.geometric.g, ())
+    after = _errors(data.problem, observed, seen, final.g, final.effects)
+    floor = data.noise * _mm_per_unit(problem, final.g) * np.sqrt(problem.observed.shape[-1])
+    gain, interval = _gain(before, after)
+    return HeldOut(
+        trajectories=names,
+        description=words,
+        n_poses=int(rows.sum()),
+        nominal_rms_mm=_rms(nominal),
+        before_rms_mm=_rms(before),
+        after_rms_mm=_rms(after),
+        before_median_mm=_median(before),
+        after_median_mm=_median(after),
+        noise_floor_mm=float(floor),
+        gain_percent=gain,
+        gain_ci95_percent=interval,
+    )
+
+
+def _errors(problem: Problem, observed: Array, seen: Bool, g: Array, effects: tuple[Active, ...]) -> Array:
+    """(N, M) distance of what was seen from what is predicted, mm; NaN where it does not count."""
+    residual = np.where(seen[..., None], observed - problem.predict(g, effects), np.nan)
+    if not problem.is_pixels:
+        out: Array = np.abs(residual[..., 0]) * _mm_per_unit(problem, g)
+        return out
+    by_x, by_y = problem.pixels_by_plane(g)
+    J = np.stack([by_x, by_y], axis=-1)
+    plane = np.linalg.solve(J, np.nan_to_num(residual)[..., None])[..., 0]
+    return np.where(seen, np.linalg.norm(plane, axis=-1), np.nan)
+
+
+def _seen(problem: Problem) -> Bool:
+    out: Bool = np.isfinite(problem.observed).all(axis=-1)
+    return out
+
+
+def _mm_per_unit(problem: Problem, g: Array) -> float:
+    """Millimetres in the plane to a pixel, or at the tip of the stretched arm to a radian."""
+    if not problem.is_pixels:
+        return float(problem.context.arm.link_lengths_mm.sum())
+    by_x, by_y = problem.pixels_by_plane(g)
+    area = np.abs(by_x[..., 0] * by_y[..., 1] - by_x[..., 1] * by_y[..., 0])
+    return float(1.0 / np.sqrt(np.median(area)))
+
+
+def _rms(errors: Array) -> float:
+    return float(np.sqrt(np.nanmean(errors**2))) if np.isfinite(errors).any() else float("nan")
+
+
+def _median(errors: Array) -> float:
+    return float(np.nanmedian(errors)) if np.isfinite(errors).any() else float("nan")
+
+
+def _gain(before: Array, after: Array) -> tuple[float, tuple[float, float]]:
+    """Percent by which the RMS fell, with a bootstrap interval over blocks of poses."""
+    kept = np.isfinite(before).any(axis=1)
+    b, a = np.nansum(before[kept] ** 2, axis=1), np.nansum(after[kept] ** 2, axis=1)
+    if not len(b) or b.sum() == 0:
+        return float("nan"), (float("nan"), float("nan"))
+    starts = np.arange(0, len(b), _BLOCK)
+    block_b, block_a = np.add.reduceat(b, starts), np.add.reduceat(a, starts)
+    draws = np.random.default_rng(0).integers(0, len(starts), (_BOOTSTRAPS, len(starts)))
+    ratios = np.sqrt(block_a[draws].sum(axis=1) / np.maximum(block_b[draws].sum(axis=1), 1e-300))
+    low, high = np.percentile(100.0 * (1.0 - ratios), [2.5, 97.5])
+    return 100.0 * (1.0 - float(np.sqrt(a.sum() / b.sum()))), (float(low), float(high))
