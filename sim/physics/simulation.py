@@ -43,7 +43,6 @@ class ArmSimulation:
         joints = [self.model.joint(f"joint{i + 1}") for i in range(world.arm.n_joints)]
         self._motor_qpos = np.array([int(joint.qposadr[0]) for joint in joints])
         self._sites = np.array([self.model.site(f"marker_{name}").id for name in self.marker_names])
-        self._links = np.array([self.model.body(f"link{i + 1}").id for i in range(world.arm.n_joints)])
         self._tip = int(self.model.body(f"end{world.arm.n_joints}").id)
         self._relief = _Relief(world, self.model) if world.relieved else None
         self._electronics = [make() for make in world.electronics]
@@ -92,12 +91,23 @@ class ArmSimulation:
         points: Array = self.data.site_xpos[self._sites] * MM_PER_M
         return points
 
-    def links(self) -> Array:
-        """(n, 4, 4) transforms that map each link's coordinates to the robot frame, mm."""
-        T = np.tile(np.eye(4), (len(self._links), 1, 1))
-        T[:, :3, :3] = self.data.xmat[self._links].reshape(-1, 3, 3)
-        T[:, :3, 3] = self.data.xpos[self._links] * MM_PER_M
-        return T
+    def bodies(self) -> dict[str, Array]:
+        """(4, 4) transforms, mm, that map the coordinates of each body (`link1`, `end1`, ...) to the robot frame."""
+        out = {}
+        for number in range(1, self.model.nbody):
+            T = np.eye(4)
+            T[:3, :3] = self.data.xmat[number].reshape(3, 3)
+            T[:3, 3] = self.data.xpos[number] * MM_PER_M
+            out[self.model.body(number).name] = T
+        return out
+
+    def joint_angles(self) -> Array:
+        """(n,) angle of each link against the one before it, less its drawn zero pose, rad: what a protractor reads."""
+        bodies = self.bodies()
+        x_axes = np.array([bodies[f"link{i + 1}"][:2, 0] for i in range(self.world.arm.n_joints)])
+        heading = np.arctan2(x_axes[:, 1], x_axes[:, 0])
+        turned = np.diff(heading, prepend=0.0) - self.world.arm.zero_pose_rad
+        return np.pi - np.mod(np.pi - turned, 2 * np.pi)
 
     def _send(self, q_cmd: Array, sample: int, time_s: float) -> None:
         q = np.array(q_cmd, dtype=float)

@@ -1,0 +1,181 @@
+"""The simulated bench: MuJoCo moves the arm, the renderer and the sensor take its picture.
+
+bench = SimulatedBench(world, seed=7)
+bench.connect()
+bench.move(q_cmd_rad)
+frame = bench.capture()                                  # models.bench.Frame
+view = bench.capture_board(T_board_body)                 # the chessboard held before the same camera
+block = bench.capture_gauge(30.0, bench.gauge_placement(x_mm, y_mm, angle_rad))
+bench.close()
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Hashable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from models.bench import Frame
+from models.camera import Camera, project
+from models.errors import InputError, JobError
+from models.frames import robot_to_board
+from models.units import MM_PER_M
+from models.world import Moment, World
+from sim.observe import POSE_PERIOD_S
+from sim.physics.simulation import ArmSimulation
+from sim.render import (
+    LensRenderer,
+    Part,
+    arm_parts,
+    chessboard_parts,
+    clutter_parts,
+    facing_camera,
+    gauge_parts,
+    panel_parts,
+    robot_bodies_on_board,
+)
+from sim.sensor import Sensor, expose
+
+Array = NDArray[np.float64]
+
+
+class SimulatedBench:
+    """A world's arm and webcam, as `models.bench.Bench`; the same seed gives the same pictures.
+
+    Args:
+        world: what is true; its faults of detection have no part in a picture.
+        seed: of the sensor's noise.
+        sensor: how light becomes a picture.
+        shadows: whether the lamp throws shadows on the panel.
+        pose_period_s: time from one move to the next.
+        n_poses: length of the recording, which a creeping camera needs to know; None where nothing creeps.
+
+    """
+
+    def __init__(
+        self,
+        world: World,
+        *,
+        seed: int | np.random.Generator = 0,
+        sensor: Sensor | None = None,
+        shadows: bool = True,
+        pose_period_s: float = POSE_PERIOD_S,
+        n_poses: int | None = None,
+    ) -> None:
+        if world.picture_lag < 0:
+            raise InputError("command_shift: a bench cannot file pictures that it has not taken yet; rows must be >= 0")
+        self.world = world
+        self._sensor = sensor or Sensor()
+        self._shadows = shadows
+        self._period_s = pose_period_s
+        self._n_poses = n_poses
+        self._rng = np.random.default_rng(seed)
+        self._arm: ArmSimulation | None = None
+        self._renderer: LensRenderer | None = None
+        self._scene: Hashable = None
+        self._moves = 0
+        self._time_s = 0.0
+        self._payload_kg = 0.0
+        self._buffer: deque[tuple[dict[str, Array], Array]] = deque(maxlen=world.picture_lag + 1)
+
+    def connect(self) -> None:
+        """Set the arm up in its home pose; raises `JobError` where this machine has no off-screen OpenGL."""
+        self._arm = ArmSimulation(self.world)
+        self._moves, self._time_s = 0, 0.0
+        self._buffer.clear()
+        self._show("arm", self._arm_parts)
+
+    def move(self, q_cmd_rad: Array) -> None:
+        """Command (n,) joint angles, rad, as the next pose; returns when the arm is to be photographed."""
+        arm = self._connected()
+        self._time_s = self._moves * self._period_s
+        arm.move(np.asarray(q_cmd_rad, dtype=float), self._moves, self._time_s, self._payload_kg)
+        self._moves += 1
+        self._buffer.append((self._bodies(arm), arm.markers_mm()))
+
+    def hang(self, payload_kg: float) -> None:
+        """Hang a known mass at the tip before the next move; 0 takes it off."""
+        self._payload_kg = payload_kg
+
+    def capture(self) -> Frame:
+        """Take a picture of the arm as it stands (or stood, where the camera hands out stale pictures)."""
+        arm = self._connected()
+        bodies = self._buffer[0][0] if self._buffer else self._bodies(arm)
+        renderer = self._show("arm", self._arm_parts)
+        return self._expose(renderer, robot_bodies_on_board(bodies, self.world.base_in_board_mm))
+
+    def capture_board(self, T_body_board: Array) -> Frame:
+        """Take a picture of the chessboard held at (4, 4) `T_body_board`, which maps its frame to the board frame."""
+        renderer = self._show("board", lambda: [*self._backdrop(), *chessboard_parts()])
+        return self._expose(renderer, {"board": T_body_board})
+
+    def capture_gauge(self, length_mm: float, T_body_board: Array) -> Frame:
+        """Take a picture of a length gauge at (4, 4) `T_body_board` (see `gauge_placement`)."""
+        renderer = self._show(("gauge", length_mm), lambda: [*self._backdrop(), *gauge_parts(length_mm)])
+        return self._expose(renderer, {"gauge": T_body_board})
+
+    def gauge_placement(self, x_mm: float, y_mm: float, angle_rad: float) -> Array:
+        """(4, 4) placement of a gauge's middle at board x, y in the arm's true plane, turned about the view."""
+        turn = np.eye(4)
+        turn[:2, :2] = [[np.cos(angle_rad), -np.sin(angle_rad)], [np.sin(angle_rad), np.cos(angle_rad)]]
+        return facing_camera(x_mm, y_mm, float(self.world.base_in_board_mm[2])) @ turn
+
+    def true_pixels(self) -> dict[str, Array]:
+        """Where the markers' centres truly are in the next picture, (2,) px by name: for tests and figures."""
+        arm = self._connected()
+        points = self._buffer[0][1] if self._buffer else arm.markers_mm()
+        pixels = project(self._camera(), robot_to_board(points, self.world.base_in_board_mm))
+        return dict(zip(arm.marker_names, pixels, strict=True))
+
+    def close(self) -> None:
+        """Free the renderer; safe to call twice."""
+        if self._renderer is not None:
+            self._renderer.close()
+        self._renderer, self._scene, self._arm = None, None, None
+
+    def _connected(self) -> ArmSimulation:
+        if self._arm is None:
+            raise JobError("the simulated bench is not connected; call connect() first")
+        return self._arm
+
+    def _camera(self) -> Camera:
+        sample = max(self._moves - 1, 0)
+        last = max((self._n_poses or 1) - 1, 1)
+        return self.world.camera_at(Moment(sample, self._time_s, min(sample / last, 1.0)))
+
+    def _expose(self, renderer: LensRenderer, poses: dict[str, Array]) -> Frame:
+        camera = self._camera()
+        return Frame(expose(renderer.render_linear(poses, camera), self._sensor, self._rng), self._time_s)
+
+    def _show(self, scene: Hashable, parts: Callable[[], list[Part]]) -> LensRenderer:
+        """Return the renderer of a scene; one is kept at a time, since each holds its buffers."""
+        if self._renderer is None or self._scene != scene:
+            if self._renderer is not None:
+                self._renderer.close()
+            self._renderer = LensRenderer(self._camera(), parts(), shadows=self._shadows)
+            self._scene = scene
+        return self._renderer
+
+    def _backdrop(self) -> list[Part]:
+        return [*panel_parts(), *clutter_parts(self.world.base_in_board_mm)]
+
+    def _arm_parts(self) -> list[Part]:
+        """Draw the arm as built: true lengths, and each sticker where and on what it truly is."""
+        world, model = self.world, self._connected().model
+        lengths = world.arm.link_lengths_mm + world.deviation.lengths_mm
+        parts = []
+        for part in arm_parts(lengths, n_joints=world.arm.n_joints):
+            if part.name.startswith("marker "):
+                site = model.site(f"marker_{part.name.removeprefix('marker ')}")
+                at = np.eye(4)
+                at[:3, 3] = np.asarray(site.pos) * MM_PER_M
+                body = model.body(int(site.bodyid[0])).name
+                part = part.on("base" if body == "world" else body, at)
+            parts.append(part)
+        return [*self._backdrop(), *parts]
+
+    @staticmethod
+    def _bodies(arm: ArmSimulation) -> dict[str, Array]:
+        return {"base": np.eye(4), **arm.bodies()}
