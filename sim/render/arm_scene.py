@@ -41,7 +41,7 @@ _BAR_WIDTH_MM = 14.0
 _BAR_THICKNESS_MM = 6.0
 _LEVEL_MM = 7.0  # from one link's bar to the next
 _TOP_MM = -4.0  # front of the last link's bar
-_PANEL_MM = -80.87  # the board's plane behind the arm, section 3.2
+_PANEL_MM = -80.87 - 4.5  # the board's plane behind the arm (section 3.2), less the board's thickness
 
 # Body of a standard hobby servo, mm: 40.7 x 19.7 x 36 below its horn, shaft 10 mm from one end, ears 54 mm over all.
 _SERVO_MM = (40.7, 19.7, 36.0)

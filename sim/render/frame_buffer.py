@@ -1,4 +1,4 @@
-"""A supersampled off-screen picture: colour, depth and stencil."""
+"""A supersampled off-screen picture: colour and depth."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class Box(NamedTuple):
 
 
 class FrameBuffer:
-    """Colour, depth and stencil of `supersampling` x `supersampling` samples a pixel, in the current context."""
+    """Colour and depth of `supersampling` x `supersampling` samples a pixel, in the current context."""
 
     def __init__(self, width: int, height: int, supersampling: int) -> None:
         self.size = width * supersampling, height * supersampling
@@ -33,11 +33,11 @@ class FrameBuffer:
         GL.glBindRenderbuffer(GL.GL_RENDERBUFFER, self._colour)
         GL.glRenderbufferStorage(GL.GL_RENDERBUFFER, GL.GL_RGBA8, *self.size)
         GL.glBindRenderbuffer(GL.GL_RENDERBUFFER, self._depth)
-        GL.glRenderbufferStorage(GL.GL_RENDERBUFFER, GL.GL_DEPTH24_STENCIL8, *self.size)
+        GL.glRenderbufferStorage(GL.GL_RENDERBUFFER, GL.GL_DEPTH_COMPONENT24, *self.size)
         self._id = int(GL.glGenFramebuffers(1))
         GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, self._id)
         GL.glFramebufferRenderbuffer(GL.GL_FRAMEBUFFER, GL.GL_COLOR_ATTACHMENT0, GL.GL_RENDERBUFFER, self._colour)
-        GL.glFramebufferRenderbuffer(GL.GL_FRAMEBUFFER, GL.GL_DEPTH_STENCIL_ATTACHMENT, GL.GL_RENDERBUFFER, self._depth)
+        GL.glFramebufferRenderbuffer(GL.GL_FRAMEBUFFER, GL.GL_DEPTH_ATTACHMENT, GL.GL_RENDERBUFFER, self._depth)
         if GL.glCheckFramebufferStatus(GL.GL_FRAMEBUFFER) != GL.GL_FRAMEBUFFER_COMPLETE:
             raise JobError(f"OpenGL refused an off-screen picture of {self.size[0]}x{self.size[1]} samples")
 
@@ -47,12 +47,12 @@ class FrameBuffer:
         GL.glViewport(0, 0, *self.size)
 
     def copy_to(self, target: FrameBuffer, box: Box) -> None:
-        """Copy colour, depth and stencil of a box of pixels to a picture of the same size, which is left bound."""
+        """Copy colour and depth of a box of pixels to a picture of the same size, which is left bound."""
         s = self.supersampling
         corners = [c * s for c in box]
         GL.glBindFramebuffer(GL.GL_READ_FRAMEBUFFER, self._id)
         GL.glBindFramebuffer(GL.GL_DRAW_FRAMEBUFFER, target._id)
-        planes = GL.GL_COLOR_BUFFER_BIT | GL.GL_DEPTH_BUFFER_BIT | GL.GL_STENCIL_BUFFER_BIT
+        planes = GL.GL_COLOR_BUFFER_BIT | GL.GL_DEPTH_BUFFER_BIT
         GL.glBlitFramebuffer(*corners, *corners, planes, GL.GL_NEAREST)
         target.bind()
 

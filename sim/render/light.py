@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.errors import InputError
-from sim.render.parts import Part
+from sim.render.parts import Colour, Part
 
 Array = NDArray[np.float64]
 
@@ -46,12 +46,12 @@ class Shadow:
 
     Attributes:
         T_flatten: (4, 4) maps a board point along the light onto the plane, mm.
-        remaining: share of its light that the shadowed plane keeps.
+        colour: reflectance times light of the plane where it is shadowed.
 
     """
 
     T_flatten: Array
-    remaining: float
+    colour: Colour
 
 
 def shadow_on(parts: Sequence[Part], light: Light) -> Shadow:
@@ -60,11 +60,11 @@ def shadow_on(parts: Sequence[Part], light: Light) -> Shadow:
     if receiver is None:
         raise InputError("shadows were asked for, but no part of the scene is fixed and receives shadows")
     towards = light.direction
-    facing = -towards[2]  # cosine to the plane's normal, which is -z
-    if facing <= 0.0:
+    if towards[2] >= 0.0:
         raise InputError(f"the light comes from behind the plane of {receiver.name!r}; its z must be negative")
     z = float(receiver.mesh.vertices[:, 2].min()) - SHADOW_LIFT_MM
     T = np.eye(4)
     T[:3, 2] -= towards / towards[2]
     T[:3, 3] = towards / towards[2] * z
-    return Shadow(T, light.ambient / (light.ambient + light.diffuse * facing))
+    red, green, blue = receiver.colour
+    return Shadow(T, (light.ambient * red, light.ambient * green, light.ambient * blue))

@@ -69,7 +69,7 @@ class Painter:
         if shadow is not None:
             self._shaded.use()
             self._shaded.set_lens(lens, self._size)
-            self._shaded.set_remaining(shadow.remaining)
+            self._shaded.set_shadow(shadow.colour)
             self._shaded.set_bodies(T_board_camera @ shadow.T_flatten @ T_body_board, light_in_body)
 
     def draw_whole(self) -> Image:
@@ -78,8 +78,8 @@ class Painter:
         self._start()
         self._draw(self._plain, self._moving)
         self._draw(self._inked, self._moving_ink)
+        self._cast(self._moving)
         self._draw_still()
-        self._cast(self._moving + self._still)
         return self._frame.read(self._whole)
 
     def draw_background(self) -> Image:
@@ -89,7 +89,6 @@ class Painter:
         self._kept.bind()
         self._start()
         self._draw_still()
-        self._cast(self._still)
         return self._kept.read(self._whole)
 
     def draw_box(self, box: tuple[int, int, int, int]) -> Image:
@@ -123,7 +122,6 @@ class Painter:
         GL.glDepthFunc(GL.GL_LESS)
         GL.glDepthMask(GL.GL_TRUE)
         GL.glDisable(GL.GL_BLEND)
-        GL.glDisable(GL.GL_STENCIL_TEST)
         GL.glDisable(GL.GL_SCISSOR_TEST)
         GL.glDisable(GL.GL_DITHER)
         GL.glEnable(GL.GL_CULL_FACE)
@@ -133,7 +131,7 @@ class Painter:
     def _start(self) -> None:
         self._state()
         GL.glClearColor(*self._clear, 1.0)
-        GL.glClear(GL.GL_COLOR_BUFFER_BIT | GL.GL_DEPTH_BUFFER_BIT | GL.GL_STENCIL_BUFFER_BIT)
+        GL.glClear(GL.GL_COLOR_BUFFER_BIT | GL.GL_DEPTH_BUFFER_BIT)
 
     def _draw(self, program: LensProgram, drawings: Sequence[Drawing]) -> None:
         if drawings:
@@ -144,18 +142,13 @@ class Painter:
     def _draw_still(self) -> None:
         self._draw(self._plain, self._still)
         self._draw(self._inked, self._still_ink)
+        self._cast(self._still)
         self._draw(self._plain, self._receiver)
 
     def _cast(self, drawings: Sequence[Drawing]) -> None:
-        """Darken the receiver once where any of the drawings hides the lamp."""
-        if self._shadow is None:
-            return
-        GL.glDisable(GL.GL_CULL_FACE)
-        GL.glDepthMask(GL.GL_FALSE)
-        GL.glEnable(GL.GL_BLEND)
-        GL.glBlendFunc(GL.GL_ZERO, GL.GL_SRC_COLOR)
-        GL.glEnable(GL.GL_STENCIL_TEST)
-        GL.glStencilFunc(GL.GL_EQUAL, 0, 0xFF)
-        GL.glStencilOp(GL.GL_KEEP, GL.GL_KEEP, GL.GL_INCR)
-        self._draw(self._shaded, drawings)
-        self._state()
+        """Draw the drawings once more, flattened onto the receiver in the one colour that it has in the shade.
+
+        The faces that look away from the lamp are culled by their winding, as those that look away from the camera are.
+        """
+        if self._shadow is not None:
+            self._draw(self._shaded, drawings)

@@ -11,7 +11,7 @@ from pyrender.primitive import Primitive
 from pyrender.shader_program import ShaderProgram
 
 from sim.render.lens import Lens
-from sim.render.parts import Buffers
+from sim.render.parts import Buffers, Colour
 
 Array = NDArray[np.float64]
 
@@ -55,9 +55,9 @@ class LensProgram:
         """Set the share of light from everywhere and the share from the lamp."""
         GL.glUniform2f(self._at("light"), ambient, diffuse)
 
-    def set_remaining(self, share: float) -> None:
-        """Set the share of its light that a shadowed surface keeps."""
-        GL.glUniform1f(self._at("remaining"), share)
+    def set_shadow(self, colour: Colour) -> None:
+        """Set what a shadowed surface shows."""
+        GL.glUniform3f(self._at("shadow"), *colour[::-1])
 
     def delete(self) -> None:
         """Free the shaders."""

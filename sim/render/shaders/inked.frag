@@ -1,8 +1,8 @@
 #version 330 core
 // Two colours that meet at printed edges. How much of a sample lies on either side follows from the signed distance to
 // the edge over its change across the sample, so an edge's place is not rounded to the grid of samples.
-in vec3 surface;
-in vec3 inked;
+flat in vec3 surface;
+flat in vec3 inked;
 in vec2 distance_mm;
 layout(location = 0) out vec4 colour;
 

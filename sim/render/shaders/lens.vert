@@ -24,9 +24,9 @@ uniform float linear_from;               // normalised radius beyond which the p
 uniform vec2 image_size;                 // pixels
 uniform vec2 depth_range;                // near, far, mm
 
-out vec3 surface;
+flat out vec3 surface;  // a face has one normal and one paint
 #ifdef INKED
-out vec3 inked;
+flat out vec3 inked;
 out vec2 distance_mm;
 #endif
 

@@ -1,5 +1,5 @@
 #version 330 core
-in vec3 surface;
+flat in vec3 surface;
 layout(location = 0) out vec4 colour;
 
 void main()

@@ -1,9 +1,8 @@
 #version 330 core
-in vec3 surface;
-uniform float remaining;  // share of the light that an ambient-lit point still gets
+uniform vec3 shadow;  // the receiving part's paint in ambient light alone
 layout(location = 0) out vec4 colour;
 
 void main()
 {
-    colour = vec4(vec3(remaining), 1.0);
+    colour = vec4(shadow, 1.0);
 }
