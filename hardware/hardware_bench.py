@@ -22,7 +22,7 @@ from hardware.frame_quality import fault_of
 from hardware.limits import steps_between
 from hardware.link import Hello, ServoLink
 from hardware.posture import FindMarkers, joint_angles, link_vectors_mm
-from hardware.stillness import Grey, StillnessWatch, noise_level, to_grey
+from hardware.stillness import Grey, NoiseModel, StillnessWatch, to_grey
 from hardware.webcam import CameraLostError, Picture, Webcam
 from models.bench import Frame
 from models.errors import InputError, JobError
@@ -31,8 +31,10 @@ Array = NDArray[np.float64]
 
 # Pictures of the limp arm that the noise is taken from: half a second of a 25 Hz camera.
 NOISE_PICTURES = 12
-# More than this between two pictures of a still scene is a hand, flicker or a swinging arm, no sensor.
-MAX_NOISE_LEVELS = 15.0
+# In a scene that should be still, more than a sensor makes is a hand, flicker or a swinging arm: the largest change of a
+# block in standard deviations, and that deviation as a share of the block's noise (0.05 to 0.1 for a sensor).
+MAX_NOISE_LIMIT = 20.0
+MAX_NOISE_SPREAD = 0.3
 # The arm is built with joint zeros a few degrees off, so that it may stand a little outside its limits.
 _ZERO_TOLERANCE_RAD = math.radians(8.0)
 # A move shorter than this is less than half a pixel at the tip of the nominal arm: it need not show.
@@ -58,7 +60,7 @@ class HardwareBench:
         self.webcam = Webcam(
             setup.camera_settings, camera.image_width, camera.image_height, frozen_s=setup.quality.frozen_s
         )
-        self.noise = 0.0
+        self.noise: NoiseModel | None = None
         self._find_markers = find_markers
         self._q: Array | None = None
         self._resting: Picture | None = None
@@ -172,6 +174,8 @@ class HardwareBench:
 
     def _wait_for_rest(self, reference: Grey | None, earliest_s: float) -> Picture:
         settle = self.setup.settle
+        if self.noise is None:
+            raise JobError("the bench is not connected")
         watch = StillnessWatch(self.noise, settle.still_s, earliest_s, reference, earliest_s + settle.onset_s)
         give_up_s = earliest_s + settle.onset_s + settle.timeout_s
         picture = self.webcam.newest()
@@ -184,21 +188,23 @@ class HardwareBench:
             picture = self.webcam.after(picture.number)
         return picture
 
-    def _measure_noise(self) -> float:
+    def _measure_noise(self) -> NoiseModel:
         greys: list[Grey] = []
         picture = self.webcam.newest()
         give_up_s = time.monotonic() + self.setup.settle.timeout_s
-        while len(greys) < NOISE_PICTURES:
+        while True:
             picture = self.webcam.after(picture.number)
-            greys.append(to_grey(picture.image))
-            if len(greys) == NOISE_PICTURES and noise_level(greys) > MAX_NOISE_LEVELS:
-                if time.monotonic() > give_up_s:
-                    raise CameraLostError(
-                        f"camera {self.webcam.source}: the picture is not quiet before the start (neighbours "
-                        f"differ by {noise_level(greys):.0f} grey levels); keep hands out and steady the light"
-                    )
-                del greys[0]
-        return noise_level(greys)
+            greys = [*greys, to_grey(picture.image)][-NOISE_PICTURES:]
+            if len(greys) < NOISE_PICTURES:
+                continue
+            noise = NoiseModel.of(greys)
+            if noise.limit <= MAX_NOISE_LIMIT and noise.spread <= MAX_NOISE_SPREAD:
+                return noise
+            if time.monotonic() > give_up_s:
+                raise CameraLostError(
+                    f"camera {self.webcam.source}: the picture is not quiet before the start (parts of it change by "
+                    f"{noise.limit * noise.spread:.0f} times the noise); keep hands out, steady the light"
+                )
 
     def _refuse_bad_picture(self, grey: Grey) -> None:
         fault = fault_of(grey, self.setup.quality)

@@ -14,18 +14,26 @@ from __future__ import annotations
 import itertools
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 Grey = NDArray[np.uint8]
+Blocks = NDArray[np.float32]
 
-# Noise averages out over a block, in which a contrasting edge that moves by a third of a pixel stands out.
+# Noise averages out over a block, in which a contrasting edge that moves by a few tenths of a pixel stands out.
 BLOCK_PX = 16
-# Above the loudest pair of a dozen still frames: a louder one is rare then, and only costs another frame.
-_NOISE_MARGIN = 1.15
-_ROUNDING_LEVELS = 0.1
+# Standard deviations beyond which a block has changed. A 720p picture has 3600 blocks and a capture looks at some ten
+# thousand pictures: normal noise passes six in one capture of thirty, and a false alarm would end a wait too early.
+_CHANGED = 7.0
+# A codec's noise has longer tails: as far again beyond the loudest pair of the still scene.
+_TAIL_MARGIN = 1.3
+# Blocks without noise (black, clipped) still flicker by a rounding step here and there, grey levels.
+_QUIETEST_LEVELS = 0.3
+_LEAST_SPREAD = 0.01
 MIN_FRAMES = 4
 
 
@@ -34,17 +42,50 @@ def to_grey(image: NDArray[np.uint8]) -> Grey:
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
 
 
-def difference(a: Grey, b: Grey) -> float:
-    """Largest mean absolute difference of two (H, W) pictures over 16x16 px blocks, grey levels."""
+def block_difference(a: Grey, b: Grey) -> Blocks:
+    """Mean absolute difference of two (H, W) pictures over each block of 16x16 px, grey levels."""
     height, width = a.shape
     size = (max(1, width // BLOCK_PX), max(1, height // BLOCK_PX))
     change = cv2.absdiff(a, b).astype(np.float32)
-    return float(cv2.resize(change, size, interpolation=cv2.INTER_AREA).max())
+    return np.asarray(cv2.resize(change, size, interpolation=cv2.INTER_AREA), np.float32)
 
 
-def noise_level(frames: Sequence[Grey]) -> float:
-    """Loudest difference between neighbours of at least three frames of a still scene, grey levels."""
-    return max(difference(a, b) for a, b in itertools.pairwise(frames))
+@dataclass(frozen=True, eq=False)
+class NoiseModel:
+    """How much two pictures of the same still scene differ.
+
+    Attributes:
+        mean: block differences, grey levels: bright blocks are noisier.
+        spread: standard deviation of a block's difference as a share of its mean, the same for all blocks.
+        limit: standard deviations beyond which something has moved.
+
+    """
+
+    mean: Blocks
+    spread: float
+    limit: float
+
+    @classmethod
+    def of(cls, frames: Sequence[Grey]) -> Self:
+        """Learn from neighbours among at least three frames of a still scene."""
+        pairs = np.stack([block_difference(a, b) for a, b in itertools.pairwise(frames)])
+        mean = np.maximum(pairs.mean(axis=0), _QUIETEST_LEVELS)
+        shares = pairs / mean - 1.0
+        spread = max(float(np.sqrt(np.mean(shares**2) * len(pairs) / (len(pairs) - 1))), _LEAST_SPREAD)
+        return cls(mean, spread, max(_CHANGED, _TAIL_MARGIN * float(shares.max()) / spread))
+
+    @property
+    def loudest(self) -> float:
+        """Mean difference of the noisiest block, grey levels."""
+        return float(self.mean.max())
+
+    def change(self, a: Grey, b: Grey) -> float:
+        """Standard deviations by which the most changed block of two pictures differs more than noise would."""
+        return float((block_difference(a, b) / self.mean - 1.0).max()) / self.spread
+
+    def moved(self, a: Grey, b: Grey) -> bool:
+        """Whether something moved between two pictures."""
+        return self.change(a, b) > self.limit
 
 
 class StillnessWatch:
@@ -55,9 +96,14 @@ class StillnessWatch:
     """
 
     def __init__(
-        self, noise: float, still_s: float, earliest_s: float, reference: Grey | None = None, onset_by_s: float = 0.0
+        self,
+        noise: NoiseModel,
+        still_s: float,
+        earliest_s: float,
+        reference: Grey | None = None,
+        onset_by_s: float = 0.0,
     ) -> None:
-        self.threshold = _NOISE_MARGIN * noise + _ROUNDING_LEVELS
+        self._noise = noise
         self._still_s = still_s
         self._earliest_s = earliest_s
         self._reference = reference
@@ -73,10 +119,10 @@ class StillnessWatch:
     def feed(self, frame: Grey, arrived_s: float) -> bool:
         """Take the next frame; True when the arm is still in it and has been for long enough."""
         if self._reference is not None and not self._moved:
-            self._moved = difference(self._reference, frame) > self.threshold
+            self._moved = self._noise.moved(self._reference, frame)
         self._window.append((arrived_s, frame))
         # Against every frame of the window, not the last alone: a slow creep shows in none of the small steps.
-        while len(self._window) > 1 and difference(self._window[0][1], frame) > self.threshold:
+        while len(self._window) > 1 and self._noise.moved(self._window[0][1], frame):
             self._window.popleft()
         while len(self._window) > MIN_FRAMES and arrived_s - self._window[1][0] >= self._still_s:
             self._window.popleft()

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from hardware.stillness import StillnessWatch, difference, noise_level, to_grey
+from hardware.stillness import NoiseModel, StillnessWatch, to_grey
 
 FRAME_S = 0.04
 
@@ -19,30 +19,48 @@ def rests_at(watch: StillnessWatch, frames: list[np.ndarray]) -> int | None:
 
 
 @pytest.fixture
-def noise(scene) -> float:
-    return noise_level(greys(scene, [0.0] * 12))
+def noise(scene) -> NoiseModel:
+    return NoiseModel.of(greys(scene, [0.0] * 12))
 
 
-def test_a_third_of_a_pixel_at_the_tip_is_told_from_noise(scene, noise: float):
-    still, same, moved = greys(scene, [0.0, 0.0, 0.33 / 144])  # the bar is 144 px long
-    threshold = StillnessWatch(noise, 0.1, 0.0).threshold
+def test_a_third_of_a_pixel_at_the_tip_is_told_from_noise(scene, noise: NoiseModel):
+    still, moved = greys(scene, [0.0, 0.33 / 144])  # the bar is 144 px long
 
-    assert difference(still, same) < threshold < difference(still, moved)
+    assert noise.moved(still, moved)
 
 
-def test_a_still_arm_rests_after_the_time_asked_for(scene, noise: float):
+def test_noise_alone_is_no_motion_in_hundreds_of_pictures(scene, noise: NoiseModel):
+    still, *others = greys(scene, [0.0] * 300)
+
+    assert not any(noise.moved(still, other) for other in others)
+
+
+def test_a_dark_scene_is_held_to_its_own_smaller_noise(scene):
+    """A change of a grey level is lost in a bright picture's noise, and plain in a dark one's."""
+    random = np.random.default_rng(0)
+
+    def dark(level: float) -> np.ndarray:
+        return np.clip(np.round(level + random.normal(0.0, 0.6, (360, 640))), 0, 255).astype(np.uint8)
+
+    quiet = NoiseModel.of([dark(10.0) for _ in range(12)])
+
+    assert quiet.moved(dark(10.0), dark(11.0))
+    assert not quiet.moved(dark(10.0), dark(10.0))
+
+
+def test_a_still_arm_rests_after_the_time_asked_for(scene, noise: NoiseModel):
     watch = StillnessWatch(noise, 0.12, 0.0)
 
     assert rests_at(watch, greys(scene, [0.0] * 10)) == 3  # the fourth frame comes 0.12 s after the first
 
 
-def test_a_swinging_arm_does_not_rest(scene, noise: float):
+def test_a_swinging_arm_does_not_rest(scene, noise: NoiseModel):
     swing = [0.02 * np.sin(1.3 * i) for i in range(40)]
 
     assert rests_at(StillnessWatch(noise, 0.12, 0.0), greys(scene, swing)) is None
 
 
-def test_a_decaying_swing_rests_when_it_is_within_the_noise(scene, noise: float):
+def test_a_decaying_swing_rests_when_it_is_within_the_noise(scene, noise: NoiseModel):
     swing = [0.05 * np.exp(-i / 5) * np.sin(1.3 * i) for i in range(60)]
 
     index = rests_at(StillnessWatch(noise, 0.12, 0.0), greys(scene, swing))
@@ -51,14 +69,14 @@ def test_a_decaying_swing_rests_when_it_is_within_the_noise(scene, noise: float)
     assert 0.05 * np.exp(-(index - 3) / 5) * 144 < 0.5  # px at the tip
 
 
-def test_a_slow_creep_is_no_rest_although_neighbours_look_alike(scene, noise: float):
+def test_a_slow_creep_is_no_rest_although_neighbours_look_alike(scene, noise: NoiseModel):
     watch = StillnessWatch(noise, 0.4, 0.0)
     creep = [0.2 / 144 * i for i in range(40)]  # 0.2 px a frame, 2 px in the time asked for
 
     assert rests_at(watch, greys(scene, creep)) is None
 
 
-def test_rest_is_not_declared_before_the_commanded_motion_ends(scene, noise: float):
+def test_rest_is_not_declared_before_the_commanded_motion_ends(scene, noise: NoiseModel):
     watch = StillnessWatch(noise, 0.12, earliest_s=0.5)
 
     index = rests_at(watch, greys(scene, [0.0] * 30))
@@ -67,7 +85,7 @@ def test_rest_is_not_declared_before_the_commanded_motion_ends(scene, noise: flo
     assert index * FRAME_S >= 0.5
 
 
-def test_old_pictures_of_a_late_stream_are_no_rest(scene, noise: float):
+def test_old_pictures_of_a_late_stream_are_no_rest(scene, noise: NoiseModel):
     """A second of the old pose still comes out of the stream after the command; then the motion, then the new pose."""
     late = [0.0] * 25 + list(np.linspace(0, 0.3, 6)) + [0.3] * 10
     frames = greys(scene, [0.0, *late])
@@ -78,7 +96,7 @@ def test_old_pictures_of_a_late_stream_are_no_rest(scene, noise: float):
     assert index >= 30
 
 
-def test_an_arm_that_does_not_move_at_all_rests_once_the_onset_is_overdue(scene, noise: float):
+def test_an_arm_that_does_not_move_at_all_rests_once_the_onset_is_overdue(scene, noise: NoiseModel):
     frames = greys(scene, [0.0] * 40)
 
     index = rests_at(StillnessWatch(noise, 0.12, 0.0, reference=frames[0], onset_by_s=1.0), frames)
