@@ -20,6 +20,8 @@ from models.errors import InputError
 
 # Levels a factor of 1.6 apart: one of them lies between 0.4 and 0.63 of any blob's height.
 _LEVEL_RATIO = 1.6
+# Logarithm of a level over half a blob's height, beyond which the blob is noise on something that just reaches it.
+_MOST_MISFIT = 0.5
 # A picture whose redness stays below this nowhere shows colour (grey levels; noise of 8 leaves 4 in the half picture).
 _COLOURLESS = 40
 # The most candidates that are measured, largest share of a disc's shape first; a picture of clutter stays affordable.
@@ -91,17 +93,18 @@ def _distinct_blobs(signal: Image, config: DetectorConfig) -> list[_Blob]:
         outlines, _ = cv2.findContours(binary, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
         for outline in outlines:
             left, upper, width, height = cv2.boundingRect(outline)
-            if len(outline) < 4 or max(width, height) + 2 < config.min_radius_px:
-                continue
-            if min(width, height) - 2 > config.max_radius_px:
+            # Half-size: a disc's box is as wide as its radius in px, less a pixel for the outline's own width.
+            size = max(width, height)
+            if len(outline) < 4 or not config.min_radius_px - 2.0 <= size <= 1.5 * config.max_radius_px:
                 continue
             x, y = left + 0.5 * (width - 1), upper + 0.5 * (height - 1)
             misfit = abs(math.log(2.0 * level / max(float(signal[round(y), round(x)]), level)))
-            found.append(_Blob(np.asarray(outline, dtype=np.int32), x, y, max(width, height), misfit))
+            if misfit < _MOST_MISFIT:
+                found.append(_Blob(np.asarray(outline, dtype=np.int32), x, y, size, misfit))
         level *= _LEVEL_RATIO
     kept: list[_Blob] = []
     for blob in sorted(found, key=lambda b: b.misfit):
-        if all(math.hypot(blob.x - k.x, blob.y - k.y) > 0.3 * max(blob.size, k.size) for k in kept):
+        if all(math.hypot(blob.x - k.x, blob.y - k.y) > 0.3 * min(blob.size, k.size) for k in kept):
             kept.append(blob)
     return kept
 

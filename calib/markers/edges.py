@@ -22,14 +22,17 @@ from scipy.special import ndtr
 
 from calib.markers.disc import Array, Image, Mask
 from calib.markers.ellipse import semi_axes
-from calib.markers.levels import disc_edges, find_levels, masked_median, mean_where
+from calib.markers.levels import Profile, disc_edges, find_levels, masked_median, mean_where
 
-# Largest distance of samples on a normal, px: closer ones add time, not information.
-_SPACING = 0.8
+# Distance of samples on a normal, in blurs and at most in px: closer ones add time, not information.
+_SPACING_BLURS, _SPACING_MOST = 0.7, 0.8
 # Distance of normals on the outline, px: interpolation reads two pixels' width, so none is left out.
 _NORMALS_APART = 1.5
 # Reach of a normal to both sides: 4 blurs and a little more, so that both ends read level.
 _REACH_BLURS, _REACH_PX, _REACH_MOST = 4.0, 1.5, 14.0
+# The ground is taken to be even for half a radius (printed stickers have that much); normals end where the blur of
+# what lies beyond is down to 7 %, but not before most of the edge is over.
+_GROUND_RADII, _CLEAR_BLURS, _LEAST_OUT_BLURS = 0.5, 1.5, 1.5
 # Reach of the first pass, which does not know the blur and has to forgive a first ellipse a pixel off.
 _FIRST_REACH, _FIRST_REACH_RADII = 8.0, 0.6
 # A pixel's own width is a blur of 0.29 px and interpolation adds about as much.
@@ -102,7 +105,8 @@ def first_edges(image: Image, centre: Array, shape: Array, normals: int) -> Edge
     With p the profile scaled to 1 inside and 0 outside and H the unblurred step, the zeroth moment of p - H is the
     edge's displacement d and its first moment is (blur^2 + d^2) / 2.
     """
-    lines = _read(image, centre, shape, np.minimum(_FIRST_REACH, _FIRST_REACH_RADII * semi_axes(shape)[:, 1]), normals)
+    reach = np.minimum(_FIRST_REACH, _FIRST_REACH_RADII * semi_axes(shape)[:, 1])
+    lines = _read(image, centre, shape, reach, reach, _SPACING_MOST, normals)
     far = 0.7 * lines.n[:, -1:]
     face, ground = mean_where(lines.grey, lines.n < -far), mean_where(lines.grey, lines.n > far)
     contrast, mask = disc_edges(face, ground, lines.seen)
@@ -124,20 +128,18 @@ def find_edges(image: Image, centre: Array, shape: Array, normals: int, blur: Ar
     `centre` (K, 2), `shape` (K, 2, 2) in raw pixels of the (H, W) picture; `blur` (K,) px and `noise` (K,) grey levels
     (0 if unknown) are the last pass's.
     """
-    reach = np.minimum(np.minimum(_REACH_BLURS * blur + _REACH_PX, _REACH_MOST), 0.85 * semi_axes(shape)[:, 1])
-    lines = _read(image, centre, shape, reach, normals)
-    levels = find_levels(lines.grey, lines.n, lines.radius, lines.seen, blur, noise)
-    mask = levels.mask
-
+    inner, outer = _reach(semi_axes(shape)[:, 1], blur)
+    spacing = min(_SPACING_BLURS * float(blur.min()), _SPACING_MOST)
+    lines = _read(image, centre, shape, inner, outer, spacing, normals)
     scaled = lines.n / blur[:, None]
     slope = np.exp(-0.5 * scaled**2) / (np.sqrt(2.0 * np.pi) * blur[:, None])
-    height = (levels.face - levels.ground + levels.shading)[..., None]
-    face = levels.face[..., None] + levels.shading[..., None] * levels.lever[:, None]
-    profile = levels.ground[..., None] + (face - levels.ground[..., None]) * ndtr(-scaled)[:, None]
-    remainder = (lines.grey - profile) / np.maximum(height, 1.0)
-    power = (slope**2).sum(axis=-1, keepdims=True)
-    shift = (remainder @ slope[..., None])[..., 0] / power
-    # d profile / d blur = slope n / blur: odd about the edge where the slope is even, so each is found on its own.
+    profile = Profile(lines.n, ndtr(-scaled), slope, lines.radius, blur)
+    levels = find_levels(lines.grey, profile, lines.seen, noise)
+    mask = levels.mask
+
+    remainder = levels.remainder / np.maximum(levels.height, 1.0)[..., None]
+    shift = (remainder @ slope[..., None])[..., 0] / (slope**2).sum(axis=-1, keepdims=True)
+    # d profile / d blur = slope n / blur is nearly odd about the edge where the slope is even: each is found alone.
     widening = slope * scaled
     wider = (remainder @ widening[..., None])[..., 0] / (widening**2).sum(axis=-1, keepdims=True)
     growth = np.clip(masked_median(wider, mask), -0.3 * blur, 0.3 * blur)
@@ -154,17 +156,26 @@ def find_edges(image: Image, centre: Array, shape: Array, normals: int, blur: Ar
         blur=np.clip(blur + growth, BLUR_LEAST, BLUR_MOST),
         noise=relative_noise * levels.contrast,
         edge_std=edge_std,
-        level_std=np.sqrt(np.pi) * blur * levels.std / levels.contrast,
+        level_std=levels.std,
     )
 
 
-def _read(image: Image, centre: Array, shape: Array, reach: Array, normals: int) -> _Normals:
+def _reach(minor: Array, blur: Array) -> tuple[Array, Array]:
+    """Lengths of the normals inside and outside the edge (K,), px."""
+    level = np.minimum(_REACH_BLURS * blur + _REACH_PX, _REACH_MOST)
+    ground = np.maximum(_GROUND_RADII * minor - _CLEAR_BLURS * blur, _LEAST_OUT_BLURS * blur)
+    return np.minimum(level, 0.85 * minor), np.minimum(level, ground)
+
+
+def _read(
+    image: Image, centre: Array, shape: Array, inner: Array, outer: Array, spacing: float, normals: int
+) -> _Normals:
     circle = _circle(normals)
     feet = centre[:, None] + (shape @ circle).transpose(0, 2, 1)
     directions = (np.linalg.inv(shape).transpose(0, 2, 1) @ circle).transpose(0, 2, 1)
     directions /= np.sqrt((directions**2).sum(axis=-1, keepdims=True))
-    half = int(np.ceil(reach.max() / _SPACING))
-    n = reach[:, None] * np.linspace(-1.0, 1.0, 2 * half + 1)
+    steps = int(np.ceil((inner + outer).max() / spacing))
+    n = (inner + outer)[:, None] * np.linspace(0.0, 1.0, steps + 1) - inner[:, None]
     x, y = (feet[:, :, None, i] + n[:, None] * directions[:, :, None, i] for i in range(2))
     grey = sample(image, x, y)
     seen: Mask = np.isfinite(grey[..., 0] + grey[..., -1])  # with both ends in the picture a normal is all in it

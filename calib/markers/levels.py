@@ -16,8 +16,29 @@ from calib.markers.disc import Array, Mask
 
 # Distance from the edge, in blurs, beyond which the profile is level to 1.2 % of its height.
 _LEVEL_FROM = 2.25
+# Length of level ground on a normal, px, from which it is read there.
+_LEVEL_PX = 2.0
 # Shares of the usual contrast between which a normal crosses an edge of the disc, and not of something before it.
 _LEAST_CONTRAST, _MOST_CONTRAST = 0.65, 1.5
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """The unit edge of K discs at the S places of their normals.
+
+    Attributes:
+        n: (K, S) distance from the edge, outside positive, px.
+        inside: (K, S) share of the face, Phi(-n / blur).
+        slope: (K, S) its derivative by a displacement of the edge, 1/px.
+        radius, blur: (K,) px.
+
+    """
+
+    n: Array
+    inside: Array
+    slope: Array
+    radius: Array
+    blur: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,53 +46,61 @@ class Levels:
     """Levels of K discs on T normals, in grey levels.
 
     Attributes:
-        face: (K, 1) of the face at its middle.
-        shading: (K, T) what linear shading adds at the edge.
-        lever: (K, S) what share of that it adds at the S places along a normal.
-        ground: (K, T).
-        contrast: (K,) face less ground.
+        remainder: (K, T, S) what the profile with these levels leaves of the grey levels.
+        height: (K, T) face less ground at the edge.
+        contrast: (K,) their usual difference.
         mask: (K, T) which normals go from the face to something clearly darker.
-        std: (K,) of the first harmonic of face and ground together, per coordinate.
+        std: (K,) px of a coordinate of the centre from the noise of the levels.
 
     """
 
-    face: Array
-    shading: Array
-    lever: Array
-    ground: Array
+    remainder: Array
+    height: Array
     contrast: Array
     mask: Mask
     std: Array
 
 
-def find_levels(grey: Array, n: Array, radius: Array, seen: Mask, blur: Array, noise: Array) -> Levels:
-    """Measure the levels from grey levels (K, T, S) at the distances `n` (K, S) px from the edge, outside positive.
+def find_levels(grey: Array, profile: Profile, seen: Mask, noise: Array) -> Levels:
+    """Measure the levels from grey levels (K, T, S) on normals, of which `seen` (K, T) are in the picture.
 
-    `radius`, `blur` (K,) px; `seen` (K, T) which normals are in the picture; `noise` (K,) of one pixel, 0 if unknown.
+    `noise` (K,) is one pixel's standard deviation, 0 where it is not known yet. The face is read where the profile is
+    level, and so is the ground where enough of it is free of what lies beyond; else it is solved for along with the
+    displacement.
     """
-    far = np.minimum(_LEVEL_FROM * blur, 0.7 * n[:, -1])[:, None]
-    inside, outside = n < -far, n > far
-    on_face, on_ground = mean_where(grey, inside), mean_where(grey, outside)
-    contrast, mask = disc_edges(on_face, on_ground, seen)
+    n, inside, slope, radius = profile.n, profile.inside, profile.slope, profile.radius
+    outside = 1.0 - inside
     spacing = n[:, 1] - n[:, 0]
-    where_face = radius + mean_where(n[:, None], inside)[:, 0]
-    where_ground = radius + mean_where(n[:, None], outside)[:, 0]
-    # Twice the variance of a mean over the ring's pixels is that of a harmonic's amplitude.
-    face_error = 2.0 * noise**2 / (2.0 * np.pi * where_face * inside.sum(axis=-1) * spacing)
-    ground_error = 2.0 * noise**2 / (2.0 * np.pi * where_ground * outside.sum(axis=-1) * spacing)
+    on_face = n < -np.minimum(_LEVEL_FROM * profile.blur, -0.6 * n[:, 0])[:, None]
+    where_face = radius + mean_where(n[:, None], on_face)[:, 0]
+    face_level = mean_where(grey, on_face)
+    # Twice the variance of a mean over a ring's pixels is that of a harmonic's amplitude.
+    pixel_area = 2.0 * noise**2 / (2.0 * np.pi * spacing)
+    face_error = pixel_area / (where_face * on_face.sum(axis=-1))
 
-    face, tilt, kept_face = _linear(on_face, mask, face_error)
-    ground, kept_ground = _local(on_ground, mask, ground_error)
+    ss, so, oo = (slope**2).sum(axis=-1), (slope * outside).sum(axis=-1), (outside**2).sum(axis=-1)
+    free = ss * oo - so**2
+    solved = (ss[:, None] * outside - so[:, None] * slope) / free[:, None]
+    on_ground = n > _LEVEL_FROM * profile.blur[:, None]
+    level_px = on_ground.sum(axis=-1) * spacing
+    is_level = (level_px >= _LEVEL_PX)[:, None]
+    weights = np.where(is_level, on_ground * (spacing / np.maximum(level_px, spacing))[:, None], solved)
+    ground_level = ((grey - face_level[..., None] * inside[:, None]) @ weights[..., None])[..., 0]
+    # Pixels that these weights average over: the inverse of their sum of squares; for `solved` that is free / ss.
+    ground_error = pixel_area / radius * (weights**2).sum(axis=-1)
+    contrast, mask = disc_edges(face_level, ground_level, seen)
+
+    face, tilt, kept_face = _linear(face_level, mask, face_error)
     gain = radius / where_face
-    return Levels(
-        face=face,
-        shading=tilt * gain[:, None],
-        lever=1.0 + n / radius[:, None],
-        ground=ground,
-        contrast=contrast,
-        mask=mask,
-        std=np.sqrt(kept_face * face_error * gain**2 + kept_ground * ground_error),
-    )
+    shading = tilt * gain[:, None]
+    lit = inside * (1.0 + n / radius[:, None])
+    ground, kept_ground = _local(ground_level, mask, ground_error)
+    remainder = grey - face[..., None] * inside[:, None] - shading[..., None] * lit[:, None]
+    remainder -= ground[..., None] * outside[:, None]
+    # Displacement that an error of each level would feign.
+    by_face, by_ground = (slope * inside).sum(axis=-1) / ss, so / ss
+    variance = kept_face * face_error * (gain * by_face) ** 2 + kept_ground * ground_error * by_ground**2
+    return Levels(remainder, face + shading - ground, contrast, mask, np.sqrt(variance) / contrast)
 
 
 def disc_edges(face: Array, ground: Array, seen: Mask) -> tuple[Array, Mask]:

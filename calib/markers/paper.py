@@ -20,6 +20,8 @@ _SMOOTHING_PX = 1.5
 _THRESHOLD = 0.35
 # Opening by 3 x 3 removes what is thinner: isolated points, not the outlines, which smoothing has made 4 px wide.
 _OPENING = np.ones((3, 3), np.uint8)
+# Radii that are sought unless told: the arm's discs of 7 mm are 21 px in Table 2's picture.
+_ARM_MARKERS = DetectorConfig(min_radius_px=12.0, max_radius_px=32.0)
 # Votes that a circle needs in the accumulator: fewer are chance crossings of other outlines' gradients.
 _VOTES = 12.0
 # Upper threshold of the edge detection that OpenCV's transform runs on the binary picture; any value finds its edges.
@@ -46,29 +48,38 @@ class PaperStages:
 
 def detect_paper(image: Image, config: DetectorConfig | None = None) -> tuple[Disc, ...]:
     """Return the Hough circles of a BGR or grey picture as discs, from left to right; see `calib.markers.detect`."""
+    config = config or _ARM_MARKERS
     stages = paper_stages(image, config)
-    height, width = stages.red.shape
-    discs = []
-    for u, v, radius in stages.circles:
-        column, row = int(np.clip(round(u), 0, width - 1)), int(np.clip(round(v), 0, height - 1))
-        ground = stages.red[row, min(column + round(1.3 * radius), width - 1)]
-        discs.append(
-            Disc(
-                centre=np.array([u, v]),
-                covariance=np.full((2, 2), np.nan),
-                axes=np.array([radius, radius]),
-                contrast=float(stages.red[row, column]) - float(ground),
-                blur_px=float("nan"),
-                coverage=float("nan"),
-                edges=np.empty((0, 2)),
-            )
-        )
-    return tuple(sorted(discs, key=lambda disc: float(disc.centre[0])))
+    discs = [_disc(stages.red, circle) for circle in stages.circles]
+    bright = [disc for disc in discs if disc.contrast >= config.min_contrast]
+    return tuple(sorted(bright, key=lambda disc: float(disc.centre[0])))
+
+
+def _disc(red: Image, circle: Array) -> Disc:
+    """Disc of a circle (3,), its contrast read in its middle and on a ring around it."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    unit = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    inside, around = (_nearest(red, circle[:2] + share * circle[2] * unit) for share in (0.5, 1.25))
+    return Disc(
+        centre=circle[:2],
+        covariance=np.full((2, 2), np.nan),
+        axes=np.array([circle[2], circle[2]]),
+        contrast=float(np.median(inside)) - float(np.median(around)),
+        blur_px=float("nan"),
+        coverage=float("nan"),
+        edges=np.empty((0, 2)),
+    )
+
+
+def _nearest(red: Image, points: Array) -> Image:
+    """Grey levels of the pixels nearest to (N, 2) points, those outside moved to the border."""
+    column, row = np.clip(np.rint(points), 0, np.array(red.shape[::-1]) - 1).astype(int).T
+    return red[row, column]
 
 
 def paper_stages(image: Image, config: DetectorConfig | None = None) -> PaperStages:
     """Run the chain of Figure 3 on a BGR or grey picture and keep every stage."""
-    config = config or DetectorConfig()
+    config = config or _ARM_MARKERS
     red = np.ascontiguousarray(red_channel(image))
     smooth = cv2.GaussianBlur(red, (0, 0), _SMOOTHING_PX)
     gradient_u = cv2.Sobel(smooth, cv2.CV_32F, 1, 0)
