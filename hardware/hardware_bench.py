@@ -31,10 +31,10 @@ Array = NDArray[np.float64]
 
 # Pictures of the limp arm that the noise is taken from: half a second of a 25 Hz camera.
 NOISE_PICTURES = 12
-# In a scene that should be still, more than a sensor makes is a hand, flicker or a swinging arm: the largest change of a
-# block in standard deviations, and that deviation as a share of the block's noise (0.05 to 0.1 for a sensor).
+# In a scene that should be still, more than a sensor makes is a hand, flicker or a swinging arm: the largest change of
+# a block in standard deviations, and that deviation as a share of the block's noise (0.05 to 0.2 for a sensor).
 MAX_NOISE_LIMIT = 20.0
-MAX_NOISE_SPREAD = 0.3
+MAX_NOISE_SPREAD = 0.5
 # The arm is built with joint zeros a few degrees off, so that it may stand a little outside its limits.
 _ZERO_TOLERANCE_RAD = math.radians(8.0)
 # A move shorter than this is less than half a pixel at the tip of the nominal arm: it need not show.

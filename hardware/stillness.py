@@ -34,12 +34,21 @@ _TAIL_MARGIN = 1.3
 # Blocks without noise (black, clipped) still flicker by a rounding step here and there, grey levels.
 _QUIETEST_LEVELS = 0.3
 _LEAST_SPREAD = 0.01
+# Width of a bin of brightness, over which a sensor's noise hardly changes.
+_BIN_LEVELS = 8
 MIN_FRAMES = 4
 
 
 def to_grey(image: NDArray[np.uint8]) -> Grey:
     """(H, W) luminance of an (H, W, 3) BGR picture."""
     return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
+
+
+def block_means(grey: Grey) -> Blocks:
+    """Mean over each block of 16x16 px of a (H, W) picture."""
+    height, width = grey.shape
+    size = (max(1, width // BLOCK_PX), max(1, height // BLOCK_PX))
+    return np.asarray(cv2.resize(grey, size, interpolation=cv2.INTER_AREA).astype(np.float32))
 
 
 def block_difference(a: Grey, b: Grey) -> Blocks:
@@ -52,16 +61,16 @@ def block_difference(a: Grey, b: Grey) -> Blocks:
 
 @dataclass(frozen=True, eq=False)
 class NoiseModel:
-    """How much two pictures of the same still scene differ.
+    """How much two pictures of the same still scene differ: a bright block more than a dark one.
 
     Attributes:
-        mean: block differences, grey levels: bright blocks are noisier.
-        spread: standard deviation of a block's difference as a share of its mean, the same for all blocks.
+        levels: expected block difference at the brightness of each bin's middle, grey levels.
+        spread: standard deviation of a block's difference as a share of what is expected.
         limit: standard deviations beyond which something has moved.
 
     """
 
-    mean: Blocks
+    levels: NDArray[np.float64]
     spread: float
     limit: float
 
@@ -69,19 +78,19 @@ class NoiseModel:
     def of(cls, frames: Sequence[Grey]) -> Self:
         """Learn from neighbours among at least three frames of a still scene."""
         pairs = np.stack([block_difference(a, b) for a, b in itertools.pairwise(frames)])
-        mean = np.maximum(pairs.mean(axis=0), _QUIETEST_LEVELS)
-        shares = pairs / mean - 1.0
-        spread = max(float(np.sqrt(np.mean(shares**2) * len(pairs) / (len(pairs) - 1))), _LEAST_SPREAD)
-        return cls(mean, spread, max(_CHANGED, _TAIL_MARGIN * float(shares.max()) / spread))
-
-    @property
-    def loudest(self) -> float:
-        """Mean difference of the noisiest block, grey levels."""
-        return float(self.mean.max())
+        bins = (block_means(frames[0]) / _BIN_LEVELS).astype(int)
+        seen = np.unique(bins)
+        means = [max(float(pairs[:, bins == number].mean()), _QUIETEST_LEVELS) for number in seen]
+        levels = np.interp(np.arange(256 // _BIN_LEVELS), seen, means)
+        shares = pairs / levels[bins] - 1.0
+        spread = max(float(np.sqrt(np.mean(shares**2))), _LEAST_SPREAD)
+        return cls(levels, spread, max(_CHANGED, _TAIL_MARGIN * float(shares.max()) / spread))
 
     def change(self, a: Grey, b: Grey) -> float:
         """Standard deviations by which the most changed block of two pictures differs more than noise would."""
-        return float((block_difference(a, b) / self.mean - 1.0).max()) / self.spread
+        brightness = np.maximum(block_means(a), block_means(b)) / _BIN_LEVELS - 0.5
+        expected = np.interp(brightness, np.arange(len(self.levels)), self.levels)
+        return float((block_difference(a, b) / expected - 1.0).max()) / self.spread
 
     def moved(self, a: Grey, b: Grey) -> bool:
         """Whether something moved between two pictures."""

@@ -35,17 +35,33 @@ def test_noise_alone_is_no_motion_in_hundreds_of_pictures(scene, noise: NoiseMod
     assert not any(noise.moved(still, other) for other in others)
 
 
-def test_a_dark_scene_is_held_to_its_own_smaller_noise(scene):
-    """A change of a grey level is lost in a bright picture's noise, and plain in a dark one's."""
+def shot(level: float, random: np.random.Generator) -> np.ndarray:
+    """A grey wall whose noise grows with the light, as a sensor's does, with a darker bar to the left."""
+    light = np.full((360, 640), level)
+    light[:, :160] = 20.0
+    return np.clip(np.round(light + random.normal(0.0, 1.0, light.shape) * np.sqrt(0.06 * light)), 0, 255).astype(
+        np.uint8
+    )
+
+
+def test_a_dark_part_is_held_to_its_own_smaller_noise():
     random = np.random.default_rng(0)
+    quiet = NoiseModel.of([shot(200.0, random) for _ in range(12)])
+    changed = shot(200.0, random)
+    changed[100:200, 40:100] += 2  # lost in the bright part's noise of 3.5 levels, plain in the dark one's 1.1
 
-    def dark(level: float) -> np.ndarray:
-        return np.clip(np.round(level + random.normal(0.0, 0.6, (360, 640))), 0, 255).astype(np.uint8)
+    assert quiet.moved(shot(200.0, random), changed)
 
-    quiet = NoiseModel.of([dark(10.0) for _ in range(12)])
 
-    assert quiet.moved(dark(10.0), dark(11.0))
-    assert not quiet.moved(dark(10.0), dark(10.0))
+def test_a_dark_part_that_turns_bright_takes_on_the_bright_parts_noise():
+    """Where the dark arm was, the bright wall is after a move: its larger noise is no motion."""
+    random = np.random.default_rng(0)
+    quiet = NoiseModel.of([shot(200.0, random) for _ in range(12)])
+    bright = [
+        np.where(np.arange(640) < 160, np.roll(shot(200.0, random), 320, axis=1), shot(200.0, random)) for _ in "ab"
+    ]
+
+    assert not quiet.moved(bright[0], bright[1])
 
 
 def test_a_still_arm_rests_after_the_time_asked_for(scene, noise: NoiseModel):
