@@ -12,7 +12,7 @@ bench.close()
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +51,7 @@ class SimulatedBench:
         shadows: whether the lamp throws shadows on the panel.
         pose_period_s: time from one move to the next.
         n_poses: length of the recording, which a creeping camera needs to know; None where nothing creeps.
+        obstacles: what else stands before the camera, fixed in the board frame.
 
     """
 
@@ -63,6 +64,7 @@ class SimulatedBench:
         shadows: bool = True,
         pose_period_s: float = POSE_PERIOD_S,
         n_poses: int | None = None,
+        obstacles: Sequence[Part] = (),
     ) -> None:
         if world.picture_lag < 0:
             raise InputError("command_shift: a bench cannot file pictures that it has not taken yet; rows must be >= 0")
@@ -71,6 +73,7 @@ class SimulatedBench:
         self._shadows = shadows
         self._period_s = pose_period_s
         self._n_poses = n_poses
+        self._obstacles = tuple(obstacles)
         self._rng = np.random.default_rng(seed)
         self._arm: ArmSimulation | None = None
         self._renderer: LensRenderer | None = None
@@ -108,7 +111,7 @@ class SimulatedBench:
 
     def capture_board(self, T_body_board: Array) -> Frame:
         """Take a picture of the chessboard held at (4, 4) `T_body_board`, which maps its frame to the board frame."""
-        renderer = self._show("board", lambda: [*self._backdrop(), *chessboard_parts()])
+        renderer = self._show("board", lambda: [*panel_parts(), *chessboard_parts()])
         return self._expose(renderer, {"board": T_body_board})
 
     def capture_gauge(self, length_mm: float, T_body_board: Array) -> Frame:
@@ -174,7 +177,7 @@ class SimulatedBench:
                 body = model.body(int(site.bodyid[0])).name
                 part = part.on("base" if body == "world" else body, at)
             parts.append(part)
-        return [*self._backdrop(), *parts]
+        return [*self._backdrop(), *parts, *self._obstacles]
 
     @staticmethod
     def _bodies(arm: ArmSimulation) -> dict[str, Array]:

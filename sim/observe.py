@@ -12,7 +12,7 @@ from models.camera import project
 from models.frames import robot_to_board
 from models.recording import Recording, make_samples
 from models.world import Moment, World
-from sim.physics.simulation import simulate
+from sim.physics.simulation import ArmSimulation, simulate
 
 Array = NDArray[np.float64]
 
@@ -120,5 +120,40 @@ def observe(
         camera=world.camera,
         arm_plane_z_mm=world.arm_plane_z_mm,
         pixel_noise_px=noise_px if declare_noise else None,
+        held_out=held_out,
+    )
+
+
+def make_angle_recording(
+    world: World,
+    q_cmd: Array,
+    trajectory: Sequence[str] | NDArray[np.str_],
+    time_s: Array | None,
+    rng: Generator,
+    noise_rad: float,
+    *,
+    held_out: tuple[str, ...] = (),
+    payload_kg: Array | None = None,
+) -> Recording:
+    """Run (N, n) commands and read every joint with a protractor of standard deviation `noise_rad`, without a camera.
+
+    Times and payload as for `make_recording`.
+    """
+    n = len(q_cmd)
+    clock = default_clock(n) if time_s is None else time_s
+    arm = ArmSimulation(world)
+    angles = np.empty((n, world.arm.n_joints))
+    for sample in range(n):
+        arm.move(q_cmd[sample], sample, float(clock[sample]), 0.0 if payload_kg is None else float(payload_kg[sample]))
+        angles[sample] = arm.joint_angles()
+    shown = np.clip(np.arange(n) - world.picture_lag, 0, n - 1)
+    return Recording(
+        arm=world.arm,
+        sample=make_samples(n),
+        time_s=np.full(n, np.nan) if time_s is None else np.asarray(time_s, dtype=float),
+        trajectory=np.asarray(trajectory, dtype=np.str_),
+        q_cmd=np.asarray(q_cmd, dtype=float),
+        q_meas=angles[shown] + noise_rad * rng.standard_normal(angles.shape),
+        payload_kg=payload_kg,
         held_out=held_out,
     )

@@ -1,6 +1,20 @@
 """Sealed worlds: recordings with a hidden effect and the truth about them, made by the physical simulation."""
 
-from sim.sealed.draw import STRENGTHS, Sealed, Strength, bench_of, draw_world, hide
+from sim.sealed.displacement import Scene, moved_px
+from sim.sealed.draw import STRENGTHS, Sealed, Strength, bench_of, draw_world, hide, record, scale, truth_of
 from sim.sealed.ranges import EFFECTS
 
-__all__ = ["EFFECTS", "STRENGTHS", "Sealed", "Strength", "bench_of", "draw_world", "hide"]
+__all__ = [
+    "EFFECTS",
+    "STRENGTHS",
+    "Scene",
+    "Sealed",
+    "Strength",
+    "bench_of",
+    "draw_world",
+    "hide",
+    "moved_px",
+    "record",
+    "scale",
+    "truth_of",
+]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -15,7 +15,6 @@ from models.camera_files import read_camera
 from models.effects.registry import effect_named
 from models.errors import JobError
 from models.kinematics import Deviation
-from models.plan import Plan
 from models.recording import Recording
 from models.world import World, ideal_world
 from sim.observe import observe
@@ -129,16 +128,21 @@ def _scaled(
     def measure(a: float) -> float:
         return moved_px(scene, hide(bench, name, hidden, a), seed, beyond_geometry=name not in GAUGE)
 
-    amplitude = hidden.start
-    moved = measure(amplitude)
+    amplitude, moved = scale(measure, hidden.start, hidden.most, target)
+    return (name, hidden, amplitude, moved) if moved >= low * scene.noise_px else None
+
+
+def scale(measure: Callable[[float], float], start: float, most: float, target: float) -> tuple[float, float]:
+    """Find an amplitude, from `start` up to `most`, of which `measure` is about `target`: (amplitude, its measure)."""
+    amplitude, found = start, measure(start)
     for _ in range(_SCALINGS):
-        if abs(np.log(max(moved, 1e-12) / target)) < _CLOSE_ENOUGH:
+        if abs(np.log(max(found, 1e-12) / target)) < _CLOSE_ENOUGH:
             break
-        wanted = min(amplitude * float(np.clip(target / max(moved, 1e-12), 0.02, 50.0)), hidden.most)
+        wanted = min(amplitude * float(np.clip(target / max(found, 1e-12), 0.02, 50.0)), most)
         if wanted == amplitude:
             break
-        amplitude, moved = wanted, measure(wanted)
-    return (name, hidden, amplitude, moved) if moved >= low * scene.noise_px else None
+        amplitude, found = wanted, measure(wanted)
+    return amplitude, found
 
 
 def _record(
@@ -152,8 +156,25 @@ def _record(
     world = bench
     for name, hidden, amplitude, _ in found:
         world = hide(world, name, hidden, amplitude)
+    effects = [
+        {
+            "effect": name,
+            "joint": hidden.joint,
+            "marker": hidden.marker,
+            "parameters": _plain(hidden.parameters(amplitude)),
+            "moved_px": moved,
+            "moved_noises": moved / scene.noise_px,
+        }
+        for name, hidden, amplitude, moved in found
+    ]
+    recording = record(rng, world, scene, missing)
+    return Sealed(recording, truth_of(world, scene, effects, strength if found else None), world)
+
+
+def record(rng: Generator, world: World, scene: Scene, missing: float = 0.0) -> Recording:
+    """Record a world on a scene, with its noise, and with a share `missing` of the sightings lost."""
     plan = scene.plan
-    recording = observe(
+    return observe(
         world,
         scene.pixels(world),
         plan.q_cmd,
@@ -166,18 +187,6 @@ def _record(
         missing=missing,
         declare_noise=bool(rng.random() < 0.7),
     )
-    effects = [
-        {
-            "effect": name,
-            "joint": hidden.joint,
-            "marker": hidden.marker,
-            "parameters": _plain(hidden.parameters(amplitude)),
-            "moved_px": moved,
-            "moved_noises": moved / scene.noise_px,
-        }
-        for name, hidden, amplitude, moved in found
-    ]
-    return Sealed(recording, truth_of(world, scene, plan, effects, strength if found else None), world)
 
 
 def _plain(parameters: dict[str, Any]) -> dict[str, Any]:
@@ -185,9 +194,7 @@ def _plain(parameters: dict[str, Any]) -> dict[str, Any]:
     return {name: value.item() if isinstance(value, np.generic) else value for name, value in parameters.items()}
 
 
-def truth_of(
-    world: World, scene: Scene, plan: Plan, effects: list[dict[str, Any]], strength: str | None
-) -> dict[str, Any]:
+def truth_of(world: World, scene: Scene, effects: list[dict[str, Any]], strength: str | None) -> dict[str, Any]:
     """Return the truth about a world as plain data, with the keys of `truth.json`."""
     camera = world.true_camera
     return {
@@ -207,5 +214,5 @@ def truth_of(
         "effects": effects,
         "strength": strength,
         "noise_px": scene.noise_px,
-        "n_poses": len(plan),
+        "n_poses": len(scene.plan),
     }
