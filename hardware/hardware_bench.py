@@ -128,7 +128,8 @@ class HardwareBench:
         if self._find_markers is None:
             return None
         setup = self.setup
-        markers = self._find_markers(self.webcam.newest().image)
+        thought = setup.rest_rad if self._q is None else self._q
+        markers = self._find_markers(self.webcam.newest().image, thought)
         links = link_vectors_mm(setup.arm, setup.camera, setup.arm_plane_z_mm, markers)
         return None if links is None else joint_angles(setup.arm, links)
 

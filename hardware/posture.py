@@ -14,8 +14,9 @@ from models.kinematics import complex_links, wrap
 
 Array = NDArray[np.float64]
 
-# Finds the markers of the arm in an (H, W, 3) BGR picture: raw pixels (2,) by name, unseen ones left out.
-FindMarkers = Callable[[NDArray[np.uint8]], Mapping[str, Array]]
+# Finds the markers in an (H, W, 3) BGR picture of an arm that is thought to stand at about (n,) joint angles, rad, which
+# only break ties: raw pixels (2,) by name, unseen markers left out.
+FindMarkers = Callable[[NDArray[np.uint8], Array], Mapping[str, Array]]
 
 
 def link_vectors_mm(

@@ -15,10 +15,11 @@ Array = NDArray[np.float64]
 
 
 def marker_finder(arm: Arm, camera: Camera, plane_z_mm: float) -> FindMarkers:
-    """Return a function from an (H, W, 3) BGR picture to the raw pixels (2,) of the markers that are seen, by name."""
+    """Return what finds the markers of `arm` in a picture, see `hardware.posture.FindMarkers`."""
 
-    def find(image: NDArray[np.uint8]) -> dict[str, Array]:
-        reading = identify(detect(image, camera=camera, plane_z_mm=plane_z_mm), arm, camera, plane_z_mm)
+    def find(image: NDArray[np.uint8], q: Array) -> dict[str, Array]:
+        discs = detect(image, camera=camera, plane_z_mm=plane_z_mm)
+        reading = identify(discs, arm, camera, plane_z_mm, q_cmd=q)
         return {name: disc.centre for name, disc in reading.discs.items()}
 
     return find
