@@ -18,6 +18,8 @@ COMMANDS = {
     "measure": "measure:measure_command",
     "calibrate": "calibrate:calibrate_command",
     "targets": "targets:targets_command",
+    "seal": "seal:seal_command",
+    "score": "score:score_command",
 }
 # What a shell reports for a program that was ended by Ctrl-C: 128 + SIGINT.
 _INTERRUPTED = 130

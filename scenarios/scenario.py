@@ -22,7 +22,7 @@ from models.effects.registry import effect_named
 from models.errors import InputError, UnreachablePoseError, nearest
 from models.kinematics import inverse
 from models.trajectories import CIRCLE_CENTRE_MM, ORIENTATION_RAD, SAMPLES, circle, line
-from models.validation import Finite, NotNegative, Positive, Strict, check
+from models.validation import Finite, Positive, Strict, check
 
 Array = NDArray[np.float64]
 
@@ -100,6 +100,19 @@ class PictureTable(Strict):
     shadows: bool = True
 
 
+Share = Annotated[float, Field(ge=0, le=1)]
+
+
+class ObstacleTable(Strict):
+    """Something that stands between the camera and the arm, given in the robot frame: a hand, a lamp's arm, a cable."""
+
+    centre_mm: Point
+    size_mm: tuple[Positive, Positive]
+    before_arm_mm: Positive = 30.0
+    thickness_mm: Positive = 5.0
+    colour: tuple[Share, Share, Share] = (0.25, 0.2, 0.15)
+
+
 class EffectTable(Strict):
     """One physical fault of the bench: an effect of the catalogue, where it sits, and its parameters."""
 
@@ -125,6 +138,7 @@ class ScenarioFile(Strict):
     picture: PictureTable = PictureTable()
     trajectories: Annotated[dict[Name, Path2d], Field(min_length=2, max_length=20)]
     validate_on: Name = "line"
+    obstacles: Annotated[tuple[ObstacleTable, ...], Field(max_length=20)] = ()
     effects: tuple[EffectTable, ...] = ()
 
     @field_validator("effects", mode="before")

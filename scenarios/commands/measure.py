@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -33,7 +32,8 @@ def measure_command(
         Path, typer.Option("--out", help="Folder for the measured recording; RECORDING itself replaces its pixels.")
     ],
     method: Annotated[
-        Detector, typer.Option("--method", help="subpixel: edge points and ellipses; paper: section 3.2's filter chain.")
+        Detector,
+        typer.Option("--method", help="subpixel: edge points and ellipses; paper: section 3.2's filter chain."),
     ] = Detector.SUBPIXEL,
 ) -> None:
     """Measure the markers in a recording's frames.
@@ -48,7 +48,7 @@ def measure_command(
     with Progress(console=Console(stderr=True), transient=True) as progress:
         bar = progress.add_task("Measuring frames", total=len(data))
         readings = measure_frames(data, method.value, progress=lambda done, _: progress.update(bar, completed=done))
-    write_recording(out, replace(with_markers(data, readings), q_meas=data.q_meas))
+    write_recording(out, with_markers(data, readings))
     _print(Console(), data.arm.marker_names, readings)
     typer.echo(f"Recording written to {out}")
 

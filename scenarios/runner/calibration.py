@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Any
 
-
 from calib.arm import algorithm_1, least_squares
 from scenarios.runner.job import Job
 from scenarios.runner.measure import recorded

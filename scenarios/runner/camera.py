@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from typing import Any
 
 import numpy as np
@@ -13,14 +14,13 @@ from models.camera_files import nominal_camera, write_camera
 from models.recording_reader import camera_from_table
 from models.recording_writer import camera_table
 from models.validation import CameraTable, check
+from scenarios.runner.bench import simulated_bench
+from scenarios.runner.board_views import board_poses
 from scenarios.runner.frames import read_frame, write_frame
 from scenarios.runner.job import Job
-from scenarios.runner.board_views import board_poses
-from scenarios.runner.picture import generator, sensor_of
+from scenarios.runner.picture import generator
 from scenarios.runner.worker import Tick
 from scenarios.runner.world import true_camera
-from sim.render import LensRenderer, chessboard_parts, panel_parts
-from sim.sensor import expose
 
 # 10 columns x 7 rows of 23 mm squares (section 5.1): 9 x 6 inner corners.
 BOARD = Board(columns=9, rows=6, square_mm=23.0)
@@ -33,12 +33,9 @@ def take_board_views(job: Job, tick: Tick) -> dict[str, Any]:
     side = BOARD.square_mm
     outer = np.array([[-side, -side, 0], [9 * side, -side, 0], [9 * side, 6 * side, 0], [-side, 6 * side, 0]])
     poses = board_poses(camera, outer, scenario.board_views, generator(scenario, "board poses"))
-    rng = generator(scenario, "board pictures")
-    parts = [*panel_parts(), *chessboard_parts()]
-    with folder_aside(job.out / "board") as folder, LensRenderer(camera, parts) as renderer:
+    with folder_aside(job.out / "board") as folder, closing(simulated_bench(scenario, "board")) as bench:
         for view, pose in enumerate(poses):
-            light = renderer.render_linear({"board": pose})
-            write_frame(folder, view, expose(light, sensor_of(scenario), rng))
+            write_frame(folder, view, bench.capture_board(pose).image)
             tick(view + 1, len(poses))
     return {"poses": poses}
 

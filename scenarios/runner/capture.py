@@ -38,7 +38,7 @@ def capture_after(job: Job, tick: Tick) -> dict[str, Any]:
 def _capture(job: Job, recording: str, commands: dict[str, Array], tick: Tick) -> dict[str, Any]:
     """Take one picture a pose into `recordings/<recording>/frames`, all or none of them."""
     q_cmd = np.concatenate(list(commands.values()))
-    bench = simulated_bench(job.scenario, recording)
+    bench = simulated_bench(job.scenario, recording, len(q_cmd))
     with folder_aside(job.recordings / recording / "frames") as folder:
         times = _follow(bench, q_cmd, lambda number, image: write_frame(folder, number, image), tick)
     return {

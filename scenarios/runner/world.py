@@ -45,9 +45,7 @@ def build_world(scenario: ScenarioFile) -> World:
     )
     for number, effect in enumerate(scenario.effects):
         try:
-            world = effect_named(effect.name).inject(
-                world, effect.parameters, joint=effect.joint, marker=effect.marker
-            )
+            world = effect_named(effect.name).inject(world, effect.parameters, joint=effect.joint, marker=effect.marker)
         except InputError as error:
             raise InputError(f"effects.{number} ('{effect.name}'): {error}") from None
         except KeyError as error:

@@ -1,0 +1,33 @@
+"""The bench of a scenario. The stages see `models.bench.Bench`, and what is held before its camera."""
+
+from __future__ import annotations
+
+from scenarios.runner.picture import generator, sensor_of
+from scenarios.runner.world import build_world
+from scenarios.scenario import ObstacleTable, ScenarioFile
+from sim.bench import SimulatedBench
+from sim.render import Part
+from sim.render.solids import box
+
+
+def simulated_bench(scenario: ScenarioFile, purpose: str, n_poses: int | None = None) -> SimulatedBench:
+    """Return the scenario's bench; each purpose has sensor noise of its own."""
+    return SimulatedBench(
+        build_world(scenario),
+        seed=generator(scenario, purpose),
+        sensor=sensor_of(scenario),
+        shadows=scenario.picture.shadows,
+        n_poses=n_poses,
+        obstacles=[_obstacle(scenario, number, table) for number, table in enumerate(scenario.obstacles)],
+    )
+
+
+def _obstacle(scenario: ScenarioFile, number: int, table: ObstacleTable) -> Part:
+    """Stand a board of the declared size before the arm's plane; robot x is -x of the board frame (equation 12)."""
+    (x, y), (width, height) = table.centre_mm, table.size_mm
+    left, low = scenario.bench.base_in_board_mm[0] - x, scenario.bench.base_in_board_mm[1] + y
+    front = scenario.bench.arm_plane_z_mm - table.before_arm_mm
+    solid = box(
+        (left - width / 2, low - height / 2, front - table.thickness_mm), (left + width / 2, low + height / 2, front)
+    )
+    return Part(f"obstacle {number}", solid, table.colour)
