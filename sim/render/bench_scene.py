@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from models.errors import InputError
 from sim.render.parts import Colour, Part
-from sim.render.solids import box, circle, extrusion, grid, steps, translation
+from sim.render.solids import EDGE_MM, box, circle, extrusion, grid, plate, steps, translation
 from sim.render.stickers import BLACK, WHITE, chessboard, disc
 
 Array = NDArray[np.float64]
@@ -79,19 +79,23 @@ def clutter_parts(base_in_board_mm: Array) -> list[Part]:
 def chessboard_parts(
     columns: int = BOARD_COLUMNS, rows: int = BOARD_ROWS, square_mm: float = SQUARE_MM, margin_mm: float = SQUARE_MM
 ) -> list[Part]:
-    """Build the calibration board on body `board`: squares, white margin, 4 mm backing.
+    """Build the calibration board on body `board`: squares, white margin, and a plate behind them, 4 mm in all.
 
     Its frame is OpenCV's: origin on the first inner corner, x along the columns, y along the rows, z away from the side
     that is printed.
     """
     if columns < 3 or rows < 3:
         raise InputError(f"a chessboard needs at least 3 x 3 squares; {columns} x {rows} were asked for")
+    if not (square_mm > 0.0 and margin_mm > 0.0):
+        raise InputError(
+            f"a chessboard's squares and margin must be positive; {square_mm} and {margin_mm} mm were given"
+        )
     low = -square_mm - margin_mm
     high = (columns - 1) * square_mm + margin_mm, (rows - 1) * square_mm + margin_mm
-    backing = box((low, low, 0.2), (*high, 4.0))
+    backing = plate((low, low, 0.5), (*high, 4.0), 2.0 * EDGE_MM)
     return [
         Part("board backing", backing, WHITE, "board"),
-        chessboard("board squares", columns, rows, square_mm).on("board"),
+        chessboard("board squares", columns, rows, square_mm, margin_mm).on("board"),
     ]
 
 

@@ -56,11 +56,30 @@ def box(low_mm: Sequence[float], high_mm: Sequence[float], longest_mm: float = E
     return extrusion(np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]]), z0, z1, longest_mm)
 
 
+def plate(low_mm: Sequence[float], high_mm: Sequence[float], longest_mm: float = EDGE_MM) -> trimesh.Trimesh:
+    """Mesh the box between two corners with faces that are divided all over.
+
+    A wide face of long triangles, tilted, stands out of its plane by millimetres once the lens has bent their corners,
+    and hides what lies on it; here it does not.
+    """
+    low, high = np.asarray(low_mm, dtype=float), np.asarray(high_mm, dtype=float)
+    sides = []
+    for axis in range(3):
+        u, v = (axis + 1) % 3, (axis + 2) % 3
+        side = grid(steps(low[u], high[u], longest_mm), steps(low[v], high[v], longest_mm))
+        for level, faces in ((low[axis], side.faces), (high[axis], side.faces[:, ::-1])):
+            vertices = np.empty_like(side.vertices)
+            vertices[:, u], vertices[:, v] = side.vertices[:, 0], side.vertices[:, 1]
+            vertices[:, axis] = level
+            sides.append(trimesh.Trimesh(vertices, faces, process=False))
+    return joined(sides)
+
+
 def extrusion(outline_mm: Array, z_low_mm: float, z_high_mm: float, longest_mm: float = EDGE_MM) -> trimesh.Trimesh:
     """Mesh the prism over a convex outline, (N, 2) counter-clockwise, between two heights.
 
-    Only the rims are divided finely: inside a face of one colour nothing shows how the lens bends it, and each triangle
-    costs time. Upright edges are seen almost end on and are divided every 12 mm.
+    Only the rims are divided finely: inside a narrow face of one colour nothing shows how the lens bends it, and each
+    triangle costs time. Upright edges are seen almost end on and are divided every 12 mm.
     """
     rim = _resample(outline_mm, longest_mm)
     n = len(rim)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
 
 from sim.render.parts import Colour, Ink, Part
 from sim.render.solids import EDGE_MM, circle, grid, joined, steps
+
+Array = NDArray[np.float64]
 
 # Reflectances, linear. The red channel sees red ink almost as white paper and black ink as dark: the contrast between
 # disc and ground is 0.72 in red, 0.02 in green and blue.
@@ -52,21 +55,39 @@ def disc(
 
 
 def chessboard(
-    name: str, columns: int, rows: int, square_mm: float, colours: tuple[Colour, Colour] = (BLACK, WHITE)
+    name: str,
+    columns: int,
+    rows: int,
+    square_mm: float,
+    margin_mm: float,
+    colours: tuple[Colour, Colour] = (BLACK, WHITE),
 ) -> Part:
-    """Draw a chessboard of `columns` x `rows` squares in the plane z = 0, seen from -z.
+    """Draw a chessboard of `columns` x `rows` squares and its margin in the plane z = 0, seen from -z.
 
     The frame is OpenCV's: the origin is the first inner corner, x along the columns, y along the rows, z away from the
-    one who looks. The square before the origin, with negative x and y, has `colours[0]`.
+    one who looks. The square before the origin, with negative x and y, has `colours[0]`; the margin has `colours[1]`.
     """
     meshes, edges = [], []
+
+    def rectangle(x0: float, x1: float, y0: float, y1: float) -> Array:
+        mesh = grid(steps(x0, x1, EDGE_MM), steps(y0, y1, EDGE_MM))
+        meshes.append(mesh)
+        corners: Array = mesh.vertices[:, :2]
+        return corners
+
+    x = square_mm * np.array([-1.0, *(np.arange(1, columns - 1) - 0.5), columns - 1.0])
+    y = square_mm * np.array([-1.0, *(np.arange(1, rows - 1) - 0.5), rows - 1.0])
     for i in range(columns - 1):
         for j in range(rows - 1):
-            x0, x1 = (i - 1.0 if i == 0 else i - 0.5), (i + 1.0 if i == columns - 2 else i + 0.5)
-            y0, y1 = (j - 1.0 if j == 0 else j - 0.5), (j + 1.0 if j == rows - 2 else j + 0.5)
-            cell = grid(steps(x0 * square_mm, x1 * square_mm, EDGE_MM), steps(y0 * square_mm, y1 * square_mm, EDGE_MM))
+            corners = rectangle(x[i], x[i + 1], y[j], y[j + 1])
             sign = 1.0 if (i + j) % 2 == 0 else -1.0
-            edges.append((cell.vertices[:, :2] - square_mm * np.array([i, j])) * [sign, 1.0])
-            meshes.append(cell)
-    mesh = joined(meshes)
-    return Part(name, mesh, colours[1], ink=Ink(colours[0], np.vstack(edges)))
+            edges.append((corners - square_mm * np.array([i, j])) * [sign, 1.0])
+    left, right, top, bottom = x[0] - margin_mm, x[-1] + margin_mm, y[0] - margin_mm, y[-1] + margin_mm
+    for sides in (
+        (left, right, top, y[0]),
+        (left, right, y[-1], bottom),
+        (left, x[0], y[0], y[-1]),
+        (x[-1], right, y[0], y[-1]),
+    ):
+        edges.append(np.tile([_FAR_MM, -_FAR_MM], (len(rectangle(*sides)), 1)))
+    return Part(name, joined(meshes), colours[1], ink=Ink(colours[0], np.vstack(edges)))
