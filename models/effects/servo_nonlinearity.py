@@ -33,7 +33,7 @@ def term(context: Context, q: Array, values: Array, site: Site) -> Array:
     return out
 
 
-def physical(values: Array) -> dict[str, float]:
+def physical(context: Context, values: Array) -> dict[str, Any]:
     """Return amplitude, frequency and phase, as the simulated bench takes them."""
     sine, cosine, cycles = values
     return {
@@ -58,12 +58,8 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-# The board's approach to the angle at which the wiper reads the command: contraction by e < 0.2 each step.
-_APPROACH_STEPS = 40
-
-
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
-    """Drive the potentiometer of `joint` by a gear that is bored off its centre.
+    """Drive the link of `joint`, beyond its potentiometer, by a gear that is bored off its centre.
 
     The gear turns `cycles_per_turn` times a turn of the joint; its eccentricity makes a peak error of about
     `amplitude_rad`, and `phase_rad` is the gear's angle at joint angle zero. To first order the joint stands at
@@ -73,22 +69,18 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     cycles, phase = float(parameters["cycles_per_turn"]), float(parameters["phase_rad"])
     eccentricity = cycles * float(parameters["amplitude_rad"])  # of the bore, in radii of the gear
 
-    def wiper(angle: float) -> float:
-        """Angle that the wiper shows when the joint stands at `angle`: the gear's rim seen from the off bore."""
-        turn = cycles * angle + phase
-        seen = math.atan2(-eccentricity * math.sin(turn), 1.0 + eccentricity * math.cos(turn))
-        return angle + seen / cycles
-
-    def board() -> Electronics:
+    def gear() -> Electronics:
         def receive(command: Command) -> NDArray[np.float64]:
             q = command.q.copy()
-            for _ in range(_APPROACH_STEPS):
-                q[index] += command.q[index] - wiper(float(q[index]))
+            turn = cycles * q[index] + phase
+            # Angle of a point of the rim, seen from the bore, less its angle about the gear's centre.
+            ahead = math.atan2(eccentricity * math.sin(turn), 1.0 - eccentricity * math.cos(turn))
+            q[index] += ahead / cycles
             return q
 
         return receive
 
-    return world.with_electronics(board)
+    return world.with_electronics(gear)
 
 
 EFFECT = Effect(
