@@ -30,11 +30,11 @@ _SPACING_BLURS, _SPACING_MOST = 0.7, 0.8
 _NORMALS_APART = 1.5
 # Reach of a normal to both sides: 4 blurs and a little more, so that both ends read level.
 _REACH_BLURS, _REACH_PX, _REACH_MOST = 4.0, 1.5, 14.0
-# The ground is taken to be even for half a radius (printed stickers have that much); normals end where the blur of
-# what lies beyond is down to 7 %, but not before most of the edge is over.
-_GROUND_RADII, _CLEAR_BLURS, _LEAST_OUT_BLURS = 0.5, 1.5, 1.5
+# The ground is taken to be even for 0.3 of a radius (printed stickers have half, gauges a third); normals end where the
+# blur of what lies beyond is down to 7 %, but not before most of the edge is over.
+_GROUND_RADII, _CLEAR_BLURS, _LEAST_OUT_BLURS = 0.3, 1.5, 1.5
 # Reach of the first pass, which does not know the blur and has to forgive a first ellipse a pixel off.
-_FIRST_REACH, _FIRST_REACH_RADII = 8.0, 0.6
+_FIRST_REACH, _FIRST_REACH_RADII, _FIRST_REACH_LEAST = 8.0, 0.6, 3.5
 # A pixel's own width is a blur of 0.29 px and interpolation adds about as much.
 BLUR_LEAST, BLUR_MOST = 0.45, 5.0
 # Bilinear interpolation at uniformly spread places keeps (2/3)^2 of the variance of white pixel noise.
@@ -105,10 +105,12 @@ def first_edges(image: Image, centre: Array, shape: Array, normals: int) -> Edge
     With p the profile scaled to 1 inside and 0 outside and H the unblurred step, the zeroth moment of p - H is the
     edge's displacement d and its first moment is (blur^2 + d^2) / 2.
     """
-    reach = np.minimum(_FIRST_REACH, _FIRST_REACH_RADII * semi_axes(shape)[:, 1])
-    lines = _read(image, centre, shape, reach, reach, _SPACING_MOST, normals)
-    far = 0.7 * lines.n[:, -1:]
-    face, ground = mean_where(lines.grey, lines.n < -far), mean_where(lines.grey, lines.n > far)
+    minor = semi_axes(shape)[:, 1]
+    inner = np.minimum(_FIRST_REACH, _FIRST_REACH_RADII * minor)
+    outer = np.minimum(inner, np.maximum(_GROUND_RADII * minor, _FIRST_REACH_LEAST))
+    lines = _read(image, centre, shape, inner, outer, _SPACING_MOST, normals)
+    face = mean_where(lines.grey, lines.n < -0.7 * inner[:, None])
+    ground = mean_where(lines.grey, lines.n > 0.7 * outer[:, None])
     contrast, mask = disc_edges(face, ground, lines.seen)
     spacing = (lines.n[:, 1] - lines.n[:, 0])[:, None]
     n = lines.n[:, None]
@@ -116,7 +118,7 @@ def first_edges(image: Image, centre: Array, shape: Array, normals: int) -> Edge
     excess[..., [0, -1]] *= 0.5  # trapezoids
     shift = excess.sum(axis=-1) * spacing
     second = 2.0 * (n * excess).sum(axis=-1) * spacing - shift**2
-    mask &= np.abs(shift) < far
+    mask &= np.abs(shift) < 0.7 * outer[:, None]
     blur = np.sqrt(np.clip(masked_median(second, mask), BLUR_LEAST**2, BLUR_MOST**2))
     none = np.zeros(len(blur))
     return EdgePoints(_moved(lines, shift, mask), mask, contrast, blur, noise=none, edge_std=none, level_std=none)
@@ -138,14 +140,19 @@ def find_edges(image: Image, centre: Array, shape: Array, normals: int, blur: Ar
     mask = levels.mask
 
     remainder = levels.remainder / np.maximum(levels.height, 1.0)[..., None]
-    shift = (remainder @ slope[..., None])[..., 0] / (slope**2).sum(axis=-1, keepdims=True)
+    along_slope, slope_power = (remainder @ slope[..., None])[..., 0], (slope**2).sum(axis=-1, keepdims=True)
+    shift = along_slope / slope_power
     # d profile / d blur = slope n / blur is nearly odd about the edge where the slope is even: each is found alone.
     widening = slope * scaled
-    wider = (remainder @ widening[..., None])[..., 0] / (widening**2).sum(axis=-1, keepdims=True)
-    growth = np.clip(masked_median(wider, mask), -0.3 * blur, 0.3 * blur)
+    along_widening = (remainder @ widening[..., None])[..., 0]
+    widening_power = (widening**2).sum(axis=-1, keepdims=True)
+    growth = np.clip(masked_median(along_widening / widening_power, mask), -0.3 * blur, 0.3 * blur)
     mask &= np.abs(shift) < 1.5 * blur[:, None]
 
-    relative_noise = np.sqrt(masked_median((remainder**2).mean(axis=-1), mask) / _INTERPOLATED_NOISE)
+    # What is left when the better edge is taken out is noise: two of its S degrees of freedom are spent.
+    left = (remainder**2).sum(axis=-1) - along_slope**2 / slope_power - along_widening**2 / widening_power
+    variance = masked_median(left, mask) / (remainder.shape[-1] - 2)
+    relative_noise = np.sqrt(np.maximum(variance, 0.0) / _INTERPOLATED_NOISE)
     arc = 2.0 * np.pi * lines.radius / normals
     # As if each point had the pixels of its arc to itself: noise^2 / (arc * integral of slope^2 = 1 / (2 sqrt(pi) s)).
     edge_std = relative_noise * np.sqrt(2.0 * np.sqrt(np.pi) * blur / arc)
