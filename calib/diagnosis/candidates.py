@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.diagnosis.fit import Data, Fit, fit, one_step
+from calib.diagnosis.fit import Data, Fit, fit
+from calib.diagnosis.screen import Screen, best_start
 from models.effects.predict import Active
 from models.effects.registry import Effect, Site, Stage, catalogue
 
 Array = NDArray[np.float64]
 
-# Fits from starts that promise less than the best by this share of the deviance are not worth their time.
-_PROMISING_SHARE = 0.5
+# So many candidates are fitted in full, the most promising by one linearised step.
 _FULL_FITS = 14
 
 
@@ -53,31 +53,35 @@ def candidate_sites(data: Data, taken: Iterable[Active] = ()) -> list[tuple[Effe
 
 
 def fit_candidates(data: Data, base: Fit, pairs: Sequence[tuple[Effect, Site]]) -> list[Candidate]:
-    """Fit each pair on top of `base`, best first; the hopeless ones are left at their linearised promise."""
+    """Fit the most promising pairs on top of `base`, best first."""
+    screen = Screen(data, base)
     screened = []
     for effect, site in pairs:
-        best = _best_start(data, base, effect, site)
+        best = _best_start(data, screen, effect, site)
         if best is not None:
-            screened.append((*best, effect, site))
+            screened.append(best)
     screened.sort(key=lambda row: row[0])
     fitted = []
-    for promised, values, starts, effect, site in screened[:_FULL_FITS]:
-        active = Active(effect, site, values)
+    for _, active, starts in screened[:_FULL_FITS]:
         result = fit(data, base.g, (*base.effects, active))
-        fitted.append(Candidate(result.effects[-1], result, _complexity(data, effect, site, starts)))
+        fitted.append(Candidate(result.effects[-1], result, _complexity(data, active.effect, active.site, starts)))
     return sorted(fitted, key=lambda candidate: candidate.score)
 
 
-def _best_start(data: Data, base: Fit, effect: Effect, site: Site) -> tuple[float, Array, int] | None:
-    """Return promised deviance, values and number of the starts of the best start, refined where the effect offers it."""
+def _best_start(data: Data, screen: Screen, effect: Effect, site: Site) -> tuple[float, Active, int] | None:
+    """Return promised deviance, start and number of starts of the best one, refined where the effect offers it."""
     context = data.problem.context
-    tried = [(one_step(data, base, Active(effect, site, v)), v) for v in effect.starts(context, site, None)]
-    if not tried:
+    starts = [Active(effect, site, values) for values in effect.starts(context, site, None)]
+    if effect.screen is not None:
+        starts += [Active(effect, site, values) for values in effect.screen(context, site, screen.evidence)]
+    best = best_start(screen, starts)
+    if best is None:
         return None
-    best = min(tried, key=lambda row: row[0])
-    finer = [(one_step(data, base, Active(effect, site, v)), v) for v in effect.starts(context, site, best[1])]
-    best = min([best, *finer], key=lambda row: row[0])
-    return best[0], best[1], len(tried) + len(finer)
+    finer = [Active(effect, site, values) for values in effect.starts(context, site, best[1].values)]
+    refined = best_start(screen, finer)
+    if refined is not None and refined[0] < best[0]:
+        best = refined
+    return best[0], best[1], len(starts) + len(finer)
 
 
 def _complexity(data: Data, effect: Effect, site: Site, starts: int) -> float:

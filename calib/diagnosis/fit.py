@@ -60,14 +60,14 @@ def fit(data: Data, g: Array, effects: Sequence[Active], iterations: int = _ITER
     problem = data.problem
     parameters = [active.effect.parameters(problem.context, active.site) for active in effects]
     free = [[k for k, parameter in enumerate(of) if not parameter.scanned] for of in parameters]
-    state = _evaluate(data, g, effects, parameters)
+    state = evaluate(data, g, effects, parameters)
     for _ in range(iterations):
         J, r, weights = _linearise(data, state, parameters, free)
         step = _solve(problem, state, parameters, free, J, r, weights)
         better = None
         scale = 1.0
         for _ in range(_HALVINGS):
-            trial = _evaluate(data, *_moved(state, parameters, free, scale * step), parameters)
+            trial = evaluate(data, *_moved(state, parameters, free, scale * step), parameters)
             if trial.deviance < state.deviance:
                 better = trial
                 break
@@ -81,21 +81,6 @@ def fit(data: Data, g: Array, effects: Sequence[Active], iterations: int = _ITER
     return state
 
 
-def one_step(data: Data, base: Fit, candidate: Active) -> float:
-    """Deviance that one Gauss-Newton step from `candidate`'s start promises, by the linearised model."""
-    effects = (*base.effects, candidate)
-    problem = data.problem
-    parameters = [active.effect.parameters(problem.context, active.site) for active in effects]
-    free: list[list[int]] = [[] for _ in base.effects]
-    free.append([k for k, parameter in enumerate(parameters[-1]) if not parameter.scanned])
-    start = _evaluate(data, base.g, effects, parameters)
-    J, r, weights = _linearise(data, start, parameters, free)
-    step = _solve(problem, start, parameters, free, J, r, weights)
-    left = r - J @ step
-    promised = float((weights * left * left).sum()) + float((r * r).sum() - (weights * r * r).sum())
-    return promised
-
-
 def point_misfit(data: Data, residual: Array) -> Array:
     """(N, M) capped squares of the residual over the noise, summed over the components of a point."""
     squares = np.nansum(residual * residual, axis=-1) / data.noise**2
@@ -103,7 +88,8 @@ def point_misfit(data: Data, residual: Array) -> Array:
     return np.where(data.counts, np.minimum(squares, limit), 0.0)
 
 
-def _evaluate(data: Data, g: Array, effects: Sequence[Active], parameters: Sequence[tuple[Parameter, ...]]) -> Fit:
+def evaluate(data: Data, g: Array, effects: Sequence[Active], parameters: Sequence[tuple[Parameter, ...]]) -> Fit:
+    """Return a model as it stands, without fitting anything."""
     problem = data.problem
     residual = problem.observed - problem.predict(g, effects)
     misfit = point_misfit(data, residual)

@@ -83,16 +83,20 @@ def held_out_gain(
     )
 
 
-def _errors(problem: Problem, observed: Array, seen: Bool, g: Array, effects: tuple[Active, ...]) -> Array:
-    """(N, M) distance of what was seen from what is predicted, mm; NaN where it does not count."""
-    residual = np.where(seen[..., None], observed - problem.predict(g, effects), np.nan)
+def in_millimetres(problem: Problem, g: Array, residual: Array) -> Array:
+    """(N, M, 2) residual in the robot's plane, x and y in mm, of one in pixels; for angles (N, M, 1) mm at the tip."""
     if not problem.is_pixels:
-        out: Array = np.abs(residual[..., 0]) * _mm_per_unit(problem, g)
-        return out
+        return residual * _mm_per_unit(problem, g)
     by_x, by_y = problem.pixels_by_plane(g)
     J = np.stack([by_x, by_y], axis=-1)
     plane = np.linalg.solve(J, np.nan_to_num(residual)[..., None])[..., 0]
-    return np.where(seen, np.linalg.norm(plane, axis=-1), np.nan)
+    return np.where(np.isfinite(residual), plane, np.nan)
+
+
+def _errors(problem: Problem, observed: Array, seen: Bool, g: Array, effects: tuple[Active, ...]) -> Array:
+    """(N, M) distance of what was seen from what is predicted, mm; NaN where it does not count."""
+    residual = np.where(seen[..., None], observed - problem.predict(g, effects), np.nan)
+    return np.sqrt((in_millimetres(problem, g, residual) ** 2).sum(axis=-1))
 
 
 def _seen(problem: Problem) -> Bool:

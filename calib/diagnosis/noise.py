@@ -14,6 +14,8 @@ MAD_TO_STD = 1.4826
 # Angles read off a scale or an encoder are no better than this, and a noise of zero would make every test infinite.
 _LEAST_NOISE_RAD = 1e-5
 _LEAST_NOISE_PX = 1e-3
+# Fewer values than this give no spread.
+_LEAST_DIFFERENCES = 8
 
 
 def robust_std(values: Array) -> float:
@@ -37,8 +39,10 @@ def estimate_noise(problem: Problem, residual: Array) -> float:
         steps = np.diff(problem.observed[:, 0], axis=0)
         if np.isfinite(steps).sum() >= 16:
             estimates.append(robust_std(steps) / np.sqrt(2.0))
-    second = residual[2:] - 2.0 * residual[1:-1] + residual[:-2]
     for channel in range(residual.shape[1]):
-        if np.isfinite(second[:, channel]).sum() >= 8:
-            estimates.append(robust_std(second[:, channel]) / np.sqrt(6.0))
+        # Poses kept back, or not seen, must not tear the sequence: with every fourth left out no three stand together.
+        seen = residual[np.isfinite(residual[:, channel]).all(axis=-1), channel]
+        second = seen[2:] - 2.0 * seen[1:-1] + seen[:-2]
+        if second.size >= _LEAST_DIFFERENCES:
+            estimates.append(robust_std(second) / np.sqrt(6.0))
     return max(min(estimates, default=robust_std(residual)), least_noise(problem))

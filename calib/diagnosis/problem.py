@@ -108,6 +108,23 @@ class Problem:
                 J[:, column, :, 3 + 2 * slot] = -along.imag * by_x[:, column] + along.real * by_y[:, column]
         return pixels, J
 
+    def jacobian_by_joint(self, g: Array, q: Array) -> Array:
+        """(N, M, d, n) derivative of the channels by the link angles (N, n)."""
+        if not self.is_pixels:
+            return np.broadcast_to(np.eye(q.shape[1])[:, None, :], (*q.shape, 1, q.shape[1]))
+        geometry = self.geometry(g)
+        points = marker_points(self.context, geometry, q)
+        by_x, by_y = self._slopes(robot_to_board(points, self.base_in_board_mm))
+        links = geometry.links * self.context.directions(q)
+        hinges = np.concatenate([np.zeros((len(q), 1), dtype=complex), np.cumsum(links, axis=-1)], axis=-1)
+        J = np.zeros((*by_x.shape, q.shape[1]))
+        place = points[..., 0] - g[0] + 1j * (points[..., 1] - g[1])
+        for column, name in enumerate(self.context.markers):
+            for joint in range(len(self._chain(name))):
+                along = 1j * (place[:, column] - hinges[:, joint])[:, None]
+                J[:, column, :, joint] = along.real * by_x[:, column] + along.imag * by_y[:, column]
+        return J
+
     def _chain(self, marker: str) -> list[tuple[int, int]]:
         """List (slot of the geometry, link) that lead to a marker."""
         n = self.context.arm.n_joints

@@ -34,6 +34,8 @@ _MOST_EFFECTS = 3
 # one explains less of than half is rather the imperfect form of those already named.
 _FIRST_SHARE = 0.2
 _FURTHER_SHARE = 0.5
+# An effect that leaves less than this share of the excess explains points that look like gross errors, too.
+_FEW_LEFT = 0.2
 # A replacement must be better by this much deviance, or two equals would change places for ever.
 _BETTER = 4.0
 # Of more ties than these the best are listed; the rest is as good as unknown.
@@ -85,6 +87,8 @@ def search(
     sigma = noise if noise is not None else estimate_noise(problem, _counted(geometric.residual, counts))
     raw = Data(problem, counts, sigma)
     repaired = repair(raw, geometric)
+    if repaired.found and _explained_without_repair(raw, geometric):
+        repaired = Repaired(raw, ())
     data, base = _refit(repaired, geometric)
     considered: list[Candidate] = []
     while len(base.effects) < _MOST_EFFECTS:
@@ -108,6 +112,13 @@ def robust_geometry(problem: Problem, counts: Bool, noise: float | None) -> tupl
         data = replace(data, problem=problem, cap=_cap_for(state, counts, sigma))
         state = fit(data, state.g, ())
     return state, problem
+
+
+def _explained_without_repair(raw: Data, geometric: Fit) -> bool:
+    """Whether one fitted effect explains what look like gross errors: a rare jump of one joint moves one marker too."""
+    base = fit(raw, geometric.g, ())
+    ranked = _candidates(raw, base, candidate_sites(raw))
+    return bool(ranked) and excess_of(raw, ranked[0].fit) < _FEW_LEFT * excess_of(raw, base)
 
 
 def _cap_for(model: Fit, counts: Bool, sigma: float) -> float:

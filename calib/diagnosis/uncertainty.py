@@ -92,12 +92,14 @@ def _with(effects: tuple[Active, ...], index: int, k: int, step: float) -> list[
 
 def _scanned_std(data: Data, model: Fit, index: int, k: int, parameter: Parameter) -> float:
     """Half width of the values that the data do not refuse, found by doubling steps away from the fitted one."""
-    whole = parameter.bounds[1] - parameter.bounds[0] >= 2 and float(model.effects[index].values[k]).is_integer()
-    least = 1.0 if whole else 1e-4 * max(abs(float(model.effects[index].values[k])), 1e-6)
+    low, high = parameter.bounds
+    fitted = float(model.effects[index].values[k])
+    whole = high - low >= 2 and fitted.is_integer()
+    least = 1.0 if whole else 1e-4 * max(abs(fitted), 1e-6)
     reach = []
     for sign in (-1.0, 1.0):
         step, last = least, 0.0
-        while abs(step) < parameter.bounds[1] - parameter.bounds[0]:
+        while low <= fitted + sign * step <= high:
             residual = data.problem.observed - data.problem.predict(
                 model.g, _with(model.effects, index, k, sign * step)
             )

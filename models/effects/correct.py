@@ -31,9 +31,7 @@ class Correction:
     missed_rad: Array
 
 
-def corrected_commands(
-    history: Context, deviation: Deviation, effects: Sequence[Active], poses: Array
-) -> Correction:
+def corrected_commands(history: Context, deviation: Deviation, effects: Sequence[Active], poses: Array) -> Correction:
     """Return commands for (N, 3) poses (x mm, y mm, theta rad) that follow on the commands of `history`.
 
     Raises `UnreachablePoseError`. Where an effect cannot be undone (rounded commands, a dead band) the commands that

@@ -35,6 +35,11 @@ def find(context: Context, view: View) -> list[tuple[Site, Array]]:
     return found
 
 
+def physical(context: Context, values: Array) -> dict[str, Any]:
+    """Return the other marker's name and the swapped rows, as the simulated bench takes them."""
+    return {"other": context.markers[int(values[0])], "samples": values[1:].astype(int).tolist()}
+
+
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
     return ()
 
@@ -70,5 +75,6 @@ EFFECT = Effect(
     inject=inject,
     confused_with=("outliers",),
     experiment="the frames in question looked at again",
+    physical=physical,
     find=find,
 )

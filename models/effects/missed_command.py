@@ -46,6 +46,11 @@ def find(context: Context, view: View) -> list[tuple[Site, Array]]:
     return [(Site(), np.array(rows, dtype=float))] if rows else []
 
 
+def physical(context: Context, values: Array) -> dict[str, Any]:
+    """Return the missed rows as the simulated bench takes them."""
+    return {"samples": values.astype(int).tolist()}
+
+
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
     return ()
 
@@ -87,5 +92,6 @@ EFFECT = Effect(
     confused_with=("outliers", "dead_band"),
     experiment="the missed poses commanded once more",
     plans=("growing_steps",),
+    physical=physical,
     find=find,
 )

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
-from models.effects.registry import Effect, Parameter, Site, Stage
+from models.effects.registry import Effect, Evidence, Parameter, Site, Stage
 from models.effects.scan import steps_around
 from models.world import Command, Electronics, World
 
@@ -20,6 +20,11 @@ Array = NDArray[np.float64]
 _USUAL_STEPS = tuple(np.radians([0.5, 1.0, 2.0, 3.0, 4.0, 5.0])) + tuple(
     turn / count for turn in (np.pi, 2 * np.pi) for bits in range(5, 11) for count in (2**bits, 2**bits - 1)
 )
+
+
+_LARGEST_STEP = 0.2
+_SMALLEST_STEP = 1e-3
+_SUGGESTED = 12
 
 
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
@@ -35,9 +40,32 @@ def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
 
 def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
     if around is not None:
-        return [np.array([value]) for value in steps_around(float(around[0]), 1.008, 33)]
-    # A step that is off by 1 % loses its grid only after some 25 steps, which the arm's range rarely exceeds.
-    return [np.array([step]) for step in (*_USUAL_STEPS, *np.geomspace(0.004, 0.2, 320))]
+        return [np.array([value]) for value in steps_around(float(around[0]), 1.0 + 0.2 * _tolerance(context), 17)]
+    return [np.array([step]) for step in _USUAL_STEPS]
+
+
+def _tolerance(context: Context) -> float:
+    """Relative error of a step of 0.02 rad at which its grid is off by a quarter step at the largest command."""
+    return 0.25 * 0.02 / max(float(np.abs(context.q_cmd).max()), 0.02)
+
+
+def _screen(context: Context, site: Site, evidence: Evidence) -> Iterable[Array]:
+    """Return the steps whose rounding errors the residual of the joint angles resembles most."""
+    widest = max(float(np.abs(context.q_cmd).max()), 0.02)
+    steps = [_LARGEST_STEP]
+    while steps[-1] > _SMALLEST_STEP:
+        # The next step shifts the grid by a quarter of itself at the largest command.
+        steps.append(steps[-1] / (1.0 + 0.25 * steps[-1] / widest))
+    grid = np.array(steps)
+    changes = np.concatenate([evidence.change(_errors(context.q_cmd, part)) for part in np.array_split(grid, 64)])
+    return [np.array([grid[index]]) for index in np.argsort(changes)[:_SUGGESTED]]
+
+
+def _errors(q: Array, steps: Array) -> Array:
+    """(S, N, n) rounding errors of commands (N, n) for (S,) steps."""
+    wide = steps[:, None, None]
+    out: Array = np.round(q / wide) * wide - q
+    return out
 
 
 # --- how the simulated bench makes it ---
@@ -67,6 +95,7 @@ EFFECT = Effect(
     term=term,
     starts=_starts,
     inject=inject,
+    screen=_screen,
     confused_with=("dead_band", "servo_nonlinearity"),
     experiment="a fine ramp of each joint over several steps",
     plans=("fine_ramp",),

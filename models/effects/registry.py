@@ -99,6 +99,23 @@ class View:
         return out
 
 
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """What a residual says of the joint angles: to add dq (N, n) changes the deviance by -2 pull dq + dq stiffness dq.
+
+    `pull` is (N, n) per rad, `stiffness` (N, n, n) per rad^2.
+    """
+
+    pull: Array
+    stiffness: Array
+
+    def change(self, dq: Array) -> Array:
+        """(S,) change of the deviance by each of S departures dq (S, N, n)."""
+        linear = np.einsum("nj,snj->s", self.pull, dq)
+        out: Array = np.einsum("snj,njk,snk->s", dq, self.stiffness, dq, optimize=True) - 2.0 * linear
+        return out
+
+
 @dataclass(frozen=True)
 class Effect:
     """One cause of error.
@@ -116,7 +133,9 @@ class Effect:
         experiment: the poses that tell it apart, in words.
         applies: why it cannot be looked for in this recording, or None.
         plans: names of the experiments that the designer may propose for it.
-        physical: turns the term's values into the injector's parameters, where they are not the same by name.
+        physical: turns the term's (or the finder's) values into the injector's parameters, where they are not the same
+            by name.
+        screen: starts that the residual of the joint angles suggests, where a grid would be too coarse or too long.
         find: for an effect of single samples, which is found in the residuals instead of fitted.
 
     """
@@ -133,7 +152,8 @@ class Effect:
     experiment: str
     applies: Callable[[Context, Site], str | None] = field(default=lambda context, site: None)
     plans: tuple[str, ...] = ()
-    physical: Callable[[Array], dict[str, float]] | None = None
+    physical: Callable[[Context, Array], dict[str, Any]] | None = None
+    screen: Callable[[Context, Site, Evidence], Iterable[Array]] | None = None
     find: Find | None = None
 
     def sites(self, context: Context) -> list[Site]:
