@@ -1,0 +1,55 @@
+"""`armtwin seal`: recordings with hidden effects, and the truth in a file of its own."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+
+from models.errors import InputError
+from scenarios.scoring.orders import SealOptions
+from scenarios.scoring.sealing import seal
+
+
+def seal_command(
+    out: Annotated[
+        Path, typer.Option("--out", help="Folder for worlds/ and truth.json; a set broken off is gone on with.")
+    ],
+    n: Annotated[int, typer.Option("--n", min=1, max=9999, help="Number of worlds.")] = 50,
+    seed: Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same worlds.")] = 0,
+    frames: Annotated[bool, typer.Option("--frames", help="Render every pose and measure the pictures.")] = False,
+    effects: Annotated[
+        str | None, typer.Option("--effects", help="Only these effects, separated by commas; 'none' hides nothing.")
+    ] = None,
+    pairs: Annotated[bool, typer.Option("--pairs", help="Hide two effects in a fifth of the worlds.")] = False,
+    uncatalogued: Annotated[
+        Path | None,
+        typer.Option("--uncatalogued", help="Python file of faults that no effect describes (it is run), for a sixth."),
+    ] = None,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, max=64, help="Processes at a time.")] = 2,
+) -> None:
+    """Make recordings of the simulated arm with effects hidden in them, for the diagnosis (or a student) to find.
+
+    Recordings go to worlds/0000, worlds/0001, ...; truth.json alone says what is hidden. A tenth holds nothing.
+
+    Example: armtwin seal --n 50 --seed 7 --out out/sealed
+    """
+    if uncatalogued is not None and not uncatalogued.is_file():
+        raise InputError(f"--uncatalogued: no Python file '{uncatalogued}'")
+    options = SealOptions(
+        n=n,
+        seed=seed,
+        frames=frames,
+        effects=tuple(name.strip() for name in effects.split(",")) if effects else (),
+        pairs=pairs,
+        uncatalogued=None if uncatalogued is None else str(uncatalogued.resolve()),
+    )
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        bar = progress.add_task("sealing worlds", total=n)
+        for _ in seal(out, options, jobs):
+            progress.advance(bar)
+    typer.echo(f"{n} worlds in {out / 'worlds'}, the truth in {out / 'truth.json'}; next: armtwin score {out}")

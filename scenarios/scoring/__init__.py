@@ -1,0 +1,1 @@
+"""Sealed worlds and how well the diagnosis does on them."""

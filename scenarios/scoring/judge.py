@@ -1,0 +1,146 @@
+"""One outcome against the truth: was the right cause named, at the right place, and nothing else?"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+Table = Mapping[str, Any]
+
+# A tie names no cause any more where it holds more than this.
+MOST_TIED = 3
+_INTERVAL = 1.96  # standard deviations to either side: 95 % of a Gaussian
+# What the geometry takes up altogether is no cause: its name has to stand in the gauge.
+_GAUGE = ("plane_offset",)
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """How a world was answered.
+
+    Attributes:
+        kind: null, single, pair or uncatalogued.
+        truth, said: labels for people.
+        right: every hidden effect is named (or in a tie of at most three), and nothing that is not there.
+        found: number of hidden effects that were named.
+        site_right: of those that sit at a joint, link or marker, how many were named there, and how many there are.
+        wrong: a cause was named that is not there (no tie of it holds a hidden one).
+        alarmed: something was said of a world that hides nothing.
+        tied: size of the largest tie.
+        covered: by parameter, whether its 95 % interval holds the truth.
+        held_out_ratio: held-out error over the true noise, with medians in place of RMS second; None if not named.
+        seconds: of the diagnosis.
+
+    """
+
+    kind: str
+    truth: str
+    said: str
+    right: bool
+    found: int
+    hidden: int
+    site_right: int
+    sited: int
+    wrong: bool
+    alarmed: bool
+    tied: int
+    covered: Mapping[str, bool]
+    held_out_ratio: tuple[float, float] | None
+    seconds: float
+
+
+def judge(truth: Table, outcome: Table) -> Judgement:
+    """Judge what was said of a world."""
+    hidden, causes, verdict = truth["effects"], outcome["causes"], outcome["verdict"]
+    groups = [[cause, *cause["equivalents"]] for cause in causes]
+    expected = [effect for effect in hidden if effect["effect"] not in _GAUGE]
+    in_gauge = all(any(e["effect"] in words for words in outcome["gauge"]) for e in hidden if e["effect"] in _GAUGE)
+    found, site_right, sited = 0, 0, 0
+    for effect in expected if truth["kind"] != "uncatalogued" else []:
+        members = [m for group in groups if len(group) <= MOST_TIED for m in group if m["effect"] == effect["effect"]]
+        if members:
+            found += 1
+            if effect["joint"] is not None or effect["marker"] is not None:
+                sited += 1
+                site_right += any(_same_site(effect, member) for member in members)
+    names = {effect["effect"] for effect in expected}
+    wrong = any(not names.intersection(member["effect"] for member in group) for group in groups)
+    if truth["kind"] == "uncatalogued":
+        right = verdict == "unknown"
+    elif not expected:
+        right = verdict == "none" and in_gauge
+    else:
+        right = found == len(expected) and not wrong and in_gauge
+    return Judgement(
+        kind=truth["kind"],
+        truth=" + ".join(label(effect) for effect in hidden) or "nothing",
+        said=_said(verdict, groups),
+        right=right,
+        found=found,
+        hidden=len(expected),
+        site_right=site_right,
+        sited=sited,
+        wrong=wrong,
+        alarmed=truth["kind"] == "null" and verdict != "none",
+        tied=max((len(group) for group in groups), default=0),
+        covered=_covered(expected, causes),
+        held_out_ratio=_held_out_ratio(truth, outcome) if right and causes else None,
+        seconds=outcome["seconds"],
+    )
+
+
+def label(effect: Table) -> str:
+    """An effect and its place for people."""
+    if effect.get("joint") is not None:
+        return f"{effect['effect']} {effect['joint']}"
+    return f"{effect['effect']} {str(effect['marker']).upper()}" if effect.get("marker") else str(effect["effect"])
+
+
+def name_said(verdict: str, causes: Sequence[Table]) -> str:
+    """The answer without places, for the confusion matrix."""
+    if not causes:
+        return verdict
+    return " + ".join(sorted("|".join(dict.fromkeys(m["effect"] for m in (c, *c["equivalents"]))) for c in causes))
+
+
+def _said(verdict: str, groups: Sequence[Sequence[Table]]) -> str:
+    return " + ".join(" | ".join(label(member) for member in group) for group in groups) or verdict
+
+
+def _same_site(effect: Table, member: Table) -> bool:
+    if effect["effect"] == "marker_swap":
+        return {effect["marker"], effect["parameters"]["other"]} == {member["marker"], member.get("other")}
+    return bool(effect["joint"] == member["joint"] and effect["marker"] == member["marker"])
+
+
+def _covered(expected: Sequence[Table], causes: Sequence[Table]) -> dict[str, bool]:
+    """By `effect.parameter`: whether value ± 1.96 std holds the truth, for causes named outright at the right place."""
+    covered = {}
+    for effect in expected:
+        for cause in causes:
+            if cause["effect"] != effect["effect"] or not _same_site(effect, cause):
+                continue
+            intervals, true = cause["parameters"], effect["parameters"]
+            if any(i.get("switch") and round(i["value"]) != true.get(n, 0) for n, i in intervals.items()):
+                continue  # the same motion stated in another frame has other numbers
+            for name, interval in intervals.items():
+                if interval.get("switch") or (name not in true and "off" not in interval) or name == "start_side":
+                    continue
+                miss = interval["value"] - true.get(name, interval.get("off"))
+                if name == "phase_rad":
+                    miss = float(np.angle(np.exp(1j * miss)))
+                covered[f"{effect['effect']}.{name}"] = abs(miss) <= _INTERVAL * interval["std"]
+    return covered
+
+
+def _held_out_ratio(truth: Table, outcome: Table) -> tuple[float, float] | None:
+    """RMS and median of the held-out errors over what the true noise alone would give."""
+    held_out = outcome["held_out"]
+    if held_out["after_rms_mm"] is None or not held_out["noise_floor_mm"]:
+        return None
+    floor = held_out["noise_floor_mm"] * truth["noise_px"] / outcome["noise"]
+    median_floor = floor * np.sqrt(np.log(2.0))  # a Rayleigh distribution's median over its RMS
+    return held_out["after_rms_mm"] / floor, held_out["after_median_mm"] / float(median_floor)

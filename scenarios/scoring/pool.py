@@ -1,0 +1,35 @@
+"""Many independent calls over a few processes."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from typing import TypeVar
+
+Key = TypeVar("Key")
+Task = TypeVar("Task")
+Result = TypeVar("Result")
+
+# One thread a process: more of them would only compete for the same cores.
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "LP_NUM_THREADS"), "1")
+
+
+def in_processes(
+    function: Callable[[Task], Result], tasks: Iterable[tuple[Key, Task]], jobs: int
+) -> Iterator[tuple[Key, Result | BaseException]]:
+    """Yield (key, result) of `function` for each (key, task) as they are done, or (key, what was raised).
+
+    Processes are spawned, not forked: a fork after an OpenGL context exists hangs.
+    """
+    os.environ.update(_ONE_THREAD)  # the processes inherit it before they load their linear algebra
+    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
+        pending: dict[Future[Result], Key] = {pool.submit(function, task): key for key, task in tasks}
+        try:
+            for future in as_completed(pending):
+                error = future.exception()
+                yield pending[future], future.result() if error is None else error
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise

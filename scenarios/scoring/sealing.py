@@ -1,0 +1,146 @@
+"""Make the worlds of a sealed set and keep the truth apart from their recordings."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+
+from calib.markers import measure_recording
+from models import atomic
+from models.errors import InputError, JobError
+from models.recording import Recording
+from models.recording_writer import write_recording
+from models.world import World
+from scenarios.scoring.orders import Order, SealOptions, load_uncatalogued, orders
+from scenarios.scoring.pool import in_processes
+from sim.bench import SimulatedBench
+from sim.observe import POSE_PERIOD_S
+from sim.sealed import STRENGTHS, Sealed, draw_world
+
+SCHEMA = "armtwin.sealed/1"
+
+
+@dataclass(frozen=True)
+class Task:
+    """World `index` of a set in folder `out`."""
+
+    out: Path
+    options: SealOptions
+    index: int
+    order: Order
+
+
+def world_folder(out: Path, index: int) -> Path:
+    """Return where a world's recording is."""
+    return out / "worlds" / f"{index:04d}"
+
+
+def seal(out: Path, options: SealOptions, jobs: int) -> Iterator[int]:
+    """Make the worlds that `out` does not hold yet; yields each one's index when it is done.
+
+    Raises `InputError` where `out` holds another set.
+    """
+    wanted = orders(options)
+    made = _begin(out, options)
+    tasks = [(k, Task(out, options, k, order)) for k, order in enumerate(wanted) if f"{k:04d}" not in made]
+    for index, truth in in_processes(make_world, tasks, jobs):
+        if isinstance(truth, BaseException):
+            raise truth
+        made[f"{index:04d}"] = truth
+        _write_truth(out, options, made)
+        yield index
+
+
+def make_world(task: Task) -> dict[str, Any]:
+    """Make one world, write its recording and return the truth about it."""
+    rng = np.random.default_rng(np.random.SeedSequence(task.options.seed, spawn_key=(1, task.index)))
+    sealed = _drawn(task, rng)
+    with atomic.folder_aside(world_folder(task.out, task.index)) as folder:
+        recording = sealed.recording
+        if task.options.frames:
+            recording = _filmed(folder, recording, sealed.world, rng)
+        write_recording(folder, recording)
+    return {"kind": task.order.kind, **sealed.truth}
+
+
+def _drawn(task: Task, rng: np.random.Generator) -> Sealed:
+    """Draw a world at its strength, or at the next weaker one that its effects can reach."""
+    order = task.order
+    levels = list(STRENGTHS)
+    for strength in levels[levels.index(order.strength) :: -1]:
+        with contextlib.suppress(JobError):
+            if order.kind != "uncatalogued":
+                return draw_world(rng, order.effects or None, strength)
+            assert task.options.uncatalogued is not None
+            return load_uncatalogued(Path(task.options.uncatalogued)).draw(rng, order.effects[0], strength)
+    raise JobError(f"world {task.index}: no draw in which {' and '.join(order.effects)} shows above the noise")
+
+
+def _filmed(folder: Path, recording: Recording, world: World, rng: np.random.Generator) -> Recording:
+    """Render every pose into `folder/frames` and return the recording with what was measured in them."""
+    times = recording.time_s if recording.has_time else np.arange(len(recording)) * POSE_PERIOD_S
+    period = float(np.median(np.diff(times))) if len(times) > 1 else POSE_PERIOD_S
+    lag, n = world.picture_lag, len(recording)
+    bench = SimulatedBench(replace(world, picture_lag=0), seed=rng, pose_period_s=period, n_poses=n)
+    (folder / "frames").mkdir()
+    filed: dict[int, list[int]] = {}
+    for row, pose in enumerate(np.clip(np.arange(n) - lag, 0, n - 1)):
+        filed.setdefault(int(pose), []).append(row)
+    bench.connect()
+    try:
+        for pose in range(n):
+            if recording.payload_kg is not None:
+                bench.hang(float(recording.payload_kg[pose]))
+            bench.move(recording.q_cmd[pose])
+            if pose in filed:
+                png = cv2.imencode(".png", bench.capture().image)[1].tobytes()
+                for row in filed[pose]:
+                    atomic.write_bytes(folder / "frames" / f"{recording.sample[row]:06d}.png", png)
+    finally:
+        bench.close()
+    measured = measure_recording(replace(recording, folder=folder))
+    markers = {name: pixels for name, pixels in measured.markers_px.items() if name in recording.markers_px}
+    for detection in world.detections:  # what goes wrong after the picture was taken
+        markers = detection(markers, rng)
+    return replace(measured, markers_px=markers)
+
+
+def _begin(out: Path, options: SealOptions) -> dict[str, Any]:
+    """Return the truth of the worlds that are there already."""
+    if not (out / "truth.json").is_file():
+        if out.exists() and (not out.is_dir() or any(out.iterdir())):
+            raise InputError(f"{out}: holds no sealed worlds and is not empty; choose another --out")
+        return {}
+    table = read_truth(out)
+    if SealOptions.model_validate(table["options"]) != options:
+        raise InputError(f"{out}: holds worlds that were sealed with other options; choose another --out")
+    worlds: dict[str, Any] = table["worlds"]
+    return worlds
+
+
+def _write_truth(out: Path, options: SealOptions, worlds: dict[str, Any]) -> None:
+    table = {"schema": SCHEMA, "options": options.model_dump(mode="json"), "worlds": dict(sorted(worlds.items()))}
+    atomic.write_json(out / "truth.json", table)
+
+
+def read_truth(out: Path) -> dict[str, Any]:
+    """Read a set's truth; raises `InputError`."""
+    path = out / "truth.json"
+    if not path.is_file():
+        raise InputError(f"{out}: holds no truth.json; make sealed worlds with armtwin seal --out {out}")
+    try:
+        table: dict[str, Any] = json.loads(path.read_text("utf-8"))
+    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: not JSON ({error})") from None
+    if not isinstance(table, dict) or table.get("schema") != SCHEMA or not isinstance(table.get("worlds"), dict):
+        raise InputError(f"{path}: key 'schema' is wanted as {SCHEMA}, with 'options' and 'worlds'")
+    if not table["worlds"]:
+        raise JobError(f"{path}: no world was finished; run armtwin seal again with the same options")
+    return table
