@@ -90,7 +90,7 @@ class CameraTable(Strict):
 
 
 class PictureTable(Strict):
-    """What the optics and the sensor do to a frame; keys and defaults of `sim.sensor.Sensor`, and the lamp's shadows."""
+    """What optics and sensor do to a frame: keys and defaults of `sim.sensor.Sensor`, and the lamp's shadows."""
 
     blur_sigma_px: Annotated[float, Field(ge=0, le=20)] = 0.7
     exposure: Annotated[float, Field(gt=0, le=4)] = 1.0

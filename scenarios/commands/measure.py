@@ -33,7 +33,7 @@ def measure_command(
     ],
     method: Annotated[
         Detector,
-        typer.Option("--method", help="subpixel: edge points and ellipses; paper: section 3.2's filter chain."),
+        typer.Option("--method", help="subpixel: edge points and ellipses; paper: its filter chain."),
     ] = Detector.SUBPIXEL,
 ) -> None:
     """Measure the markers in a recording's frames.

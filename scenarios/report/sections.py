@@ -1,0 +1,52 @@
+"""The sections of a run's report, in the order in which its story is told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from scenarios.report.bench_section import bench_section
+from scenarios.report.calibration_section import calibration_section
+from scenarios.report.camera_section import camera_section
+from scenarios.report.data import RunData
+from scenarios.report.findings_section import injected_section, paper_section
+from scenarios.report.gauge_section import gauge_section
+from scenarios.report.page import page
+from scenarios.report.section import Section, number
+from scenarios.report.trajectory_section import trajectory_section
+from scenarios.report.validation_section import validation_section
+
+SECTIONS: tuple[Callable[[RunData], Section], ...] = (
+    bench_section,
+    camera_section,
+    gauge_section,
+    trajectory_section,
+    calibration_section,
+    validation_section,
+    injected_section,
+    paper_section,
+)
+
+
+def run_report(run: RunData) -> str:
+    """Return the whole report of a finished run as HTML."""
+    scenario = run.results["scenario"]
+    return page(scenario["title"], scenario["about"], _answers(run), [make(run) for make in SECTIONS])
+
+
+def _answers(run: RunData) -> list[tuple[str, str]]:
+    """Say in a few numbers what the run found."""
+    validation = run.results["validation"]
+    before, after = validation["mean_before_mm"], validation["mean_after_mm"]
+    spread = [r for r in run.results["tables"]["3"] if r["detector"] == "subpixel"]
+    camera = max(max(abs(r["bias_mm"]), r["uncertainty_mm"]) for r in spread)
+    found = run.results["tables"]["4"]["least-squares"][-1]["identifiable"]
+    return [
+        (
+            f"{number(before, 2)} → {number(after, 2)} mm",
+            f"mean error on the validation line, before and after calibration (the paper: "
+            f"{number(validation['paper']['mean_before_mm'], 2)} → {number(validation['paper']['mean_after_mm'], 2)})",
+        ),
+        (f"{number(validation['reduction_percent'], 1)} %", "less error (the paper: 54.6 %)"),
+        (f"{number(camera, 3)} mm", "largest bias or spread of the camera on gauges (the paper: 0.23)"),
+        (f"{found} of 7", "geometric parameters that the pictures can tell"),
+    ]

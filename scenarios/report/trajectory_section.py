@@ -1,0 +1,79 @@
+"""What the arm is commanded to do (Figure 4)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from scenarios.report.data import RunData
+from scenarios.report.section import Section, plot
+from scenarios.report.style import figure
+from scenarios.runner.paper_checks import printed_equation_8_error_mm
+
+_TRAJECTORIES = ["#0072b2", "#cc79a7", "#8a8a8a", "#e69f00", "#56b4e9"]
+_JOINTS = ["#0072b2", "#d55e00", "#009e73"]
+
+
+def trajectory_section(run: RunData) -> Section:
+    """Show the paths in the plane and the joint angles that the drawn arm needs for them."""
+    paths = run.results["figures"]["4"]
+    return Section(
+        slug="trajectories",
+        title="What the arm is told to do (Figure 4)",
+        lead=(
+            "The drawing's inverse kinematics turns each path of the tip into servo angles. Equation (8) is used with "
+            f"its sign corrected: as printed it misses the paper's own circles by up to "
+            f"{printed_equation_8_error_mm():.0f} mm."
+        ),
+        blocks=(
+            plot(
+                _paths(paths), "Commanded paths of the tip F in the robot frame, origin at marker A. Arrows: direction."
+            ),
+            plot(_joints(paths), "Commanded joint angles, pose by pose, in the order of the run."),
+        ),
+    )
+
+
+def _paths(paths: dict[str, Any]) -> go.Figure:
+    fig = figure("x, mm", "y, mm", height=430)
+    for colour, (name, path) in zip(_TRAJECTORIES * len(paths), paths.items(), strict=False):
+        xy = np.array(path["poses_mm_rad"])[:, :2]
+        fig.add_scatter(
+            x=xy[:, 0],
+            y=xy[:, 1],
+            mode="lines+markers",
+            name=name,
+            marker={"symbol": "arrow", "angleref": "previous", "size": 8},
+            line={"color": colour, "width": 1},
+        )
+    fig.update_yaxes(scaleanchor="x")
+    return fig
+
+
+def _joints(paths: dict[str, Any]) -> go.Figure:
+    fig = make_subplots(rows=1, cols=len(paths), shared_yaxes=True, subplot_titles=list(paths))
+    for column, path in enumerate(paths.values(), start=1):
+        q = np.degrees(np.array(path["q_cmd_rad"]))
+        for joint, colour in zip(range(q.shape[1]), _JOINTS, strict=False):
+            fig.add_scatter(
+                y=q[:, joint],
+                row=1,
+                col=column,
+                mode="lines",
+                line={"color": colour},
+                name=f"θ{joint + 1}",
+                legendgroup=str(joint),
+                showlegend=column == 1,
+            )
+    fig.update_layout(
+        template="plotly_white",
+        height=360,
+        margin={"l": 60, "r": 20, "t": 40, "b": 50},
+        legend={"orientation": "h", "y": 1.08, "yanchor": "bottom"},
+    )
+    fig.update_xaxes(title="pose")
+    fig.update_yaxes(title="angle, degrees", col=1)
+    return fig
