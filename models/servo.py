@@ -16,6 +16,8 @@ NOMINAL_SERVO = Path(__file__).parent / "nominal" / "servo.toml"
 # Critically damped these take 2 sqrt(200 x 0.03) = 5 N m s/rad; over a step of 4 ms that is 0.02 kg m2, below 0.03.
 _GENTLE_STIFFNESS_NM_RAD = 200.0
 _GENTLE_INERTIA_KG_M2 = 0.03
+# Half the nominal approach speed: the loop then slows down at 40 rad/s2, less than a bearing's friction does.
+_GENTLE_SPEED_RAD_S = 1.0
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,7 @@ def nominal_servo() -> Servo:
 
 
 def gentle(servo: Servo) -> Servo:
-    """Return the servo with a stiffer loop, a heavier rotor and half the approach speed; it rests at the same angles.
+    """Return the servo with a stiffer loop, a heavier rotor and a slow approach; it rests at the same angles.
 
     Play and friction remember every overshoot, so a link must not coast ahead of its horn; and MuJoCo resolves stops
     and dry friction by the inertias alone, so these must outweigh the loop's damping over a time step.
@@ -106,5 +108,5 @@ def gentle(servo: Servo) -> Servo:
         servo,
         stiffness_nm_rad=_GENTLE_STIFFNESS_NM_RAD,
         rotor_inertia_kg_m2=_GENTLE_INERTIA_KG_M2,
-        approach_speed_rad_s=0.5 * servo.approach_speed_rad_s,
+        approach_speed_rad_s=_GENTLE_SPEED_RAD_S,
     )

@@ -74,8 +74,8 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
         for number, part in parts.items():
             spec.actuator(f"servo{number}").forcelimited = False
             if part > math.exp(-_WAIT_S / servo.loop_time_s):  # else the loop is as quick as it can be
-                bias = spec.actuator(f"servo{number}").biasprm
-                bias[2] = -_STIFFNESS_NM_RAD * _WAIT_S / -math.log(part)  # damping: stiffness times time constant
+                bias = spec.actuator(f"servo{number}").biasprm  # 0, -stiffness, -damping
+                bias[2] = bias[1] * _WAIT_S / -math.log(part)  # damping: stiffness times time constant
 
     sluggish = replace(world, servo=servo, capture_after_s=_WAIT_S)
     return sluggish.with_mechanism(mechanism, relieved=tuple(f"joint{number}" for number in numbers))

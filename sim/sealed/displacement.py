@@ -126,6 +126,6 @@ def _best_geometry(scene: Scene, seen: dict[str, Array]) -> dict[str, Array]:
         return (predict(x) - target)[known]
 
     # Gross errors must not drag the geometry along, so the fit is robust beyond the noise.
-    fit = least_squares(misfit, start, x_scale="jac", loss="soft_l1", f_scale=_ROBUST_PX, max_nfev=20)
+    fit = least_squares(misfit, start, x_scale="jac", loss="soft_l1", f_scale=_ROBUST_PX, ftol=1e-5, max_nfev=12)
     predicted = predict(fit.x)
     return {name: predicted[:, k] for k, name in enumerate(names)}

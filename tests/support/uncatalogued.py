@@ -185,7 +185,7 @@ UNCATALOGUED: dict[str, Kind] = {
 }
 
 
-def draw_uncatalogued(rng: Generator, name: str, strength: Strength = "medium") -> Sealed:
+def draw_uncatalogued(rng: Generator, name: str, strength: Strength = "medium", n_poses: int | None = None) -> Sealed:
     """Draw a world with one of these faults, scaled as `sim.sealed.draw_world` scales the catalogue's.
 
     All markers of the arm are looked for; raises `JobError` where no draw moves them far enough.
@@ -193,7 +193,7 @@ def draw_uncatalogued(rng: Generator, name: str, strength: Strength = "medium") 
     kind = UNCATALOGUED[name]
     low, high = STRENGTHS[strength]
     for _ in range(_ATTEMPTS):
-        bench, scene = bench_of(rng, (), markers=("a", "b", "c", "f"))
+        bench, scene = bench_of(rng, (), n_poses=n_poses, markers=("a", "b", "c", "f"))
         target = scene.noise_px * float(np.exp(rng.uniform(np.log(low * 1.1), np.log(high))))
         seed = int(rng.integers(2**32))
 

@@ -1,0 +1,37 @@
+import numpy as np
+import pytest
+
+from sim.sealed import bench_of, hide, moved_px
+from sim.sealed.ranges import Hidden
+from tests.support.worlds import with_effect
+
+
+@pytest.fixture(scope="module")
+def stage():  # type: ignore[no-untyped-def]
+    return bench_of(np.random.default_rng(3), ("gravity_sag",), n_poses=60, markers=("a", "b", "c", "f"))
+
+
+def test_a_world_without_effects_does_not_move(stage) -> None:  # type: ignore[no-untyped-def]
+    bench, scene = stage
+    assert moved_px(scene, bench, 0) < 0.01
+
+
+def test_geometry_takes_up_what_is_the_same_at_all_poses(stage) -> None:  # type: ignore[no-untyped-def]
+    bench, scene = stage
+    slipped = with_effect(bench, "joint_slip", {"jump_rad": 0.02, "from_sample": 0}, joint=2)
+    assert moved_px(scene, slipped, 0, beyond_geometry=False) > 1.0
+    assert moved_px(scene, slipped, 0) < 0.01
+
+
+def test_an_event_counts_over_the_poses_that_it_touches(stage) -> None:  # type: ignore[no-untyped-def]
+    bench, scene = stage
+    swapped = hide(bench, "marker_swap", Hidden(lambda a: {"samples": [4], "other": "c"}, 1, 1, marker="b"), 1.0)
+    apart = np.linalg.norm(scene.truth_px["b"][4] - scene.truth_px["c"][4])
+    assert moved_px(scene, swapped, 0) == pytest.approx(apart, rel=0.05)
+
+
+def test_a_joints_jump_moves_the_markers_beyond_it(stage) -> None:  # type: ignore[no-untyped-def]
+    bench, scene = stage
+    late = with_effect(bench, "joint_slip", {"jump_rad": 0.02, "from_sample": len(scene.plan) // 2}, joint=3)
+    px_per_mm = 1438.6 / 485.0
+    assert moved_px(scene, late, 0, beyond_geometry=False) == pytest.approx(0.02 * 38.6 * px_per_mm, rel=0.1)
