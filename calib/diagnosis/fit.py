@@ -22,12 +22,16 @@ _CONVERGED = 1e-3  # of a deviance unit: far below what a likelihood ratio could
 
 @dataclass(frozen=True, eq=False)
 class Data:
-    """What a fit weighs: the problem, which points count, their noise, and beyond how many of it a point is capped."""
+    """What a fit weighs: the problem, which points count, their noise, and beyond how many of it a point is capped.
+
+    `declared` says whether the recording states its noise; otherwise it is an estimate, which a better model lowers.
+    """
 
     problem: Problem
     counts: Bool
     noise: float
     cap: float = np.inf
+    declared: bool = True
 
     @property
     def n_values(self) -> int:

@@ -100,8 +100,7 @@ def _errors(problem: Problem, observed: Array, seen: Bool, g: Array, effects: tu
 
 
 def _seen(problem: Problem) -> Bool:
-    out: Bool = np.isfinite(problem.observed).all(axis=-1)
-    return out
+    return np.asarray(np.isfinite(problem.observed).all(axis=-1))
 
 
 def _mm_per_unit(problem: Problem, g: Array) -> float:

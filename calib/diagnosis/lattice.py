@@ -61,7 +61,7 @@ def command_lattices(q_cmd: Array) -> list[Lattice]:
 
 
 def coarse_step(values: Array) -> tuple[float, NDArray[np.bool_]]:
-    """Return the largest step on which (N,) ascending values lie unevenly, and which of them (N,); 0 where none does."""
+    """Return the largest step on which (N,) ascending values lie unevenly, or 0, and which of them do, (N,)."""
     gaps = np.unique(np.diff(values))[:_GAPS]
     steps = (gaps[:, None] / np.arange(1, _MOST_STEPS + 1)).ravel() if len(values) > 4 else np.zeros(0)
     for step in -np.sort(-steps[steps > _LEAST_STEP_RAD]):

@@ -17,7 +17,7 @@ from scipy import stats
 
 from calib.diagnosis.candidates import Candidate, candidate_sites, fit_candidates
 from calib.diagnosis.fit import Data, Fit, fit
-from calib.diagnosis.noise import estimate_noise, robust_std
+from calib.diagnosis.noise import estimate_noise, least_noise, robust_std
 from calib.diagnosis.problem import Problem
 from calib.diagnosis.repairs import Repaired, find_missed, repair
 from calib.diagnosis.ties import tied
@@ -34,6 +34,8 @@ _MOST_EFFECTS = 3
 # one explains less of than half is rather the imperfect form of those already named.
 _FIRST_SHARE = 0.2
 _FURTHER_SHARE = 0.5
+# An estimate of the noise is lowered when a model leaves less than this part of it.
+_CLEARLY_QUIETER = 0.85
 # An effect that leaves less than this share of the excess explains points that look like gross errors, too.
 _FEW_LEFT = 0.2
 # A replacement must be better by this much deviance, or two equals would change places for ever.
@@ -85,7 +87,7 @@ def search(
     counts = np.isfinite(problem.observed).all(axis=-1) & rows[:, None]
     geometric, problem = robust_geometry(problem, counts, noise)
     sigma = noise if noise is not None else estimate_noise(problem, _counted(geometric.residual, counts))
-    raw = Data(problem, counts, sigma)
+    raw = Data(problem, counts, sigma, declared=noise is not None)
     repaired = repair(raw, geometric)
     if repaired.found and _explained_without_repair(raw, geometric):
         repaired = Repaired(raw, ())
@@ -94,6 +96,11 @@ def search(
     while len(base.effects) < _MOST_EFFECTS:
         progress(f"looking for cause {len(base.effects) + 1}")
         considered = _candidates(data, base, candidate_sites(data, base.effects))
+        quieter = _quieter(data, considered)
+        if quieter is not None:
+            raw, data = replace(raw, noise=quieter), replace(data, noise=quieter)
+            base = fit(data, base.g, base.effects)
+            continue
         if not considered or not _accepted(data, base, considered[0]):
             break
         repaired = repair(raw, considered[0].fit)
@@ -112,6 +119,16 @@ def robust_geometry(problem: Problem, counts: Bool, noise: float | None) -> tupl
         data = replace(data, problem=problem, cap=_cap_for(state, counts, sigma))
         state = fit(data, state.g, ())
     return state, problem
+
+
+def _quieter(data: Data, ranked: list[Candidate]) -> float | None:
+    """Return the noise that the best candidate leaves where it is well below an undeclared noise's estimate, or None."""
+    if data.declared or not ranked:
+        return None
+    best = min(ranked, key=lambda candidate: float(candidate.fit.misfit.sum()))
+    left = float(best.fit.misfit.sum()) / degrees_of_freedom(data, best.fit)
+    quieter = max(data.noise * float(np.sqrt(left)), least_noise(data.problem))
+    return quieter if quieter < _CLEARLY_QUIETER * data.noise else None
 
 
 def _explained_without_repair(raw: Data, geometric: Fit) -> bool:
@@ -165,12 +182,15 @@ def p_value_of(data: Data, without: Fit, candidate: Candidate) -> float:
     The ratio is taken against what the larger model itself leaves, so that noise larger than declared, or a remainder
     that neither explains, is no evidence for it.
     """
-    left = max(1.0, candidate.fit.misfit.sum() / degrees_of_freedom(data, candidate.fit))
-    gain = max(without.deviance - candidate.score, 0.0) / left
+    free = degrees_of_freedom(data, candidate.fit)
+    left = float(candidate.fit.misfit.sum()) / free
+    if data.declared:
+        left = max(left, 1.0)
+    gain = max(without.deviance - candidate.score, 0.0) / max(left, 1e-12)
     parameters = candidate.active.effect.parameters(data.problem.context, candidate.active.site)
     tries = len(candidate_sites(data)) + 1
     smooth = max(sum(not p.scanned for p in parameters), 1)
-    return float(min(1.0, tries * stats.chi2.sf(gain, smooth)))
+    return float(min(1.0, tries * stats.f.sf(gain / smooth, smooth, free)))
 
 
 def _accepted(data: Data, base: Fit, candidate: Candidate) -> bool:
