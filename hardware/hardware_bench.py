@@ -63,7 +63,8 @@ class HardwareBench:
         self.noise: NoiseModel | None = None
         self._find_markers = find_markers
         self._q: Array | None = None
-        self._resting: Picture | None = None
+        self._resting: Picture | None = None  # the picture that the last move ended with, until it is captured
+        self._before: Grey | None = None  # the same in grey, kept to tell the next move's onset
         self._started_s = 0.0
 
     def connect(self) -> None:
@@ -164,14 +165,15 @@ class HardwareBench:
 
     def _step(self, q: Array, speed_rad_s: float) -> None:
         """Send one command and wait for the picture to rest."""
-        before = self._resting or self.webcam.newest()
+        before = to_grey(self.webcam.newest().image) if self._before is None else self._before
         self._resting = None
         distance = 0.0 if self._q is None else float(np.abs(q - self._q).max())
         self.link.move(self.setup.servo_map.pulses_us(q), distance / speed_rad_s)
         self._q = q
         self.link.wait()
         visible = distance >= _VISIBLE_STEP_RAD
-        self._resting = self._wait_for_rest(to_grey(before.image) if visible else None, time.monotonic())
+        self._resting = self._wait_for_rest(before if visible else None, time.monotonic())
+        self._before = to_grey(self._resting.image)
 
     def _wait_for_rest(self, reference: Grey | None, earliest_s: float) -> Picture:
         settle = self.setup.settle

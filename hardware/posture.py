@@ -14,8 +14,8 @@ from models.kinematics import complex_links, wrap
 
 Array = NDArray[np.float64]
 
-# Finds the markers in an (H, W, 3) BGR picture of an arm that is thought to stand at about (n,) joint angles, rad, which
-# only break ties: raw pixels (2,) by name, unseen markers left out.
+# Finds the markers in an (H, W, 3) BGR picture of an arm that is thought to stand at about (n,) joint angles, rad,
+# which only break ties: raw pixels (2,) by name, unseen markers left out.
 FindMarkers = Callable[[NDArray[np.uint8], Array], Mapping[str, Array]]
 
 

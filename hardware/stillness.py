@@ -5,8 +5,8 @@
     picture             /~~~~~~~~~~~\\_____________      the stream adds its own delay
                         ^ onset      ^ still for still_s -> the picture is taken
 
-Waiting for the onset first is what makes a late stream harmless: until the old picture has changed, an equal pair of
-frames only says that nothing has arrived yet.
+Waiting for the onset is what makes a late stream harmless: while the picture is still that from before the move, equal
+frames only say that nothing has arrived yet.
 """
 
 from __future__ import annotations
@@ -117,18 +117,10 @@ class StillnessWatch:
         self._earliest_s = earliest_s
         self._reference = reference
         self._onset_by_s = onset_by_s
-        self._moved = reference is None
         self._window: deque[tuple[float, Grey]] = deque()
-
-    @property
-    def moved(self) -> bool:
-        """Whether the picture has changed since the reference."""
-        return self._moved
 
     def feed(self, frame: Grey, arrived_s: float) -> bool:
         """Take the next frame; True when the arm is still in it and has been for long enough."""
-        if self._reference is not None and not self._moved:
-            self._moved = self._noise.moved(self._reference, frame)
         self._window.append((arrived_s, frame))
         # Against every frame of the window, not the last alone: a slow creep shows in none of the small steps.
         while len(self._window) > 1 and self._noise.moved(self._window[0][1], frame):
@@ -136,4 +128,13 @@ class StillnessWatch:
         while len(self._window) > MIN_FRAMES and arrived_s - self._window[1][0] >= self._still_s:
             self._window.popleft()
         rested = len(self._window) >= MIN_FRAMES and arrived_s - self._window[0][0] >= self._still_s
-        return rested and arrived_s >= self._earliest_s and (self._moved or arrived_s >= self._onset_by_s)
+        return (
+            rested and arrived_s >= self._earliest_s and (self._shows_another_pose(frame) or self._overdue(arrived_s))
+        )
+
+    def _shows_another_pose(self, frame: Grey) -> bool:
+        """Whether the picture at rest differs from the one before the move: a flicker on the way does not count."""
+        return self._reference is None or self._noise.moved(self._reference, frame)
+
+    def _overdue(self, arrived_s: float) -> bool:
+        return arrived_s >= self._onset_by_s

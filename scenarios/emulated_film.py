@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.emulator import FirmwareEmulator
+from hardware.emulator import FirmwareEmulator, Pulse
 from hardware.emulator.mjpeg import MjpegServer, to_jpeg
 from hardware.servo_map import ServoMap
 from models.camera import project
@@ -36,6 +36,8 @@ Linear = NDArray[np.float32]
 
 FRAME_PERIOD_S = 1.0 / 30.0  # a usual webcam's
 PULSE_PERIOD_S = 0.02
+# A received byte delays an edge of a pulse now and then; a servo's amplifier does not follow a single pulse.
+_SMOOTHED_PULSES = 5
 # Poses closer than this look alike: a hundredth of a pixel at the tip.
 _SAME_RAD = 1e-5
 # A hand before a marker, px: wider than the sticker.
@@ -70,15 +72,19 @@ class Film:
         self._rng = np.random.default_rng(0)
         self._names = [self._arm.model.body(i).name for i in range(1, self._arm.model.nbody)]
         self._angles = np.zeros(n)
+        self._pulses = [deque([width], maxlen=_SMOOTHED_PULSES) for width in servo_map.pulses_us(self._angles)]
         self._emulated_s = 0.0
         self._seen: Array | None = None
         self._light: Linear = np.empty((0, 0, 3), np.float32)
 
-    def advance(self, widths_us: Array, now_s: float) -> None:
-        """Let the arm follow the pulses until `now_s` of emulated time; a servo without pulses stays where it is."""
-        driven = np.isfinite(widths_us)
-        held = self._servo_map.pulses_us(self._angles)
-        self._angles = self._servo_map.angles_rad(np.where(driven, widths_us, held))
+    def follow(self, pulse: Pulse) -> None:
+        """Take one pulse, and let the arm move until its end; a servo without pulses stays where it is."""
+        self._pulses[pulse.servo].append(pulse.width_us)
+        self._angles = self._servo_map.angles_rad(np.array([np.median(widths) for widths in self._pulses]))
+        self.advance(pulse.time_s)
+
+    def advance(self, now_s: float) -> None:
+        """Let the arm move on until `now_s` of emulated time."""
         while self._emulated_s + PULSE_PERIOD_S <= now_s:
             self._arm.drive(self._angles, PULSE_PERIOD_S)
             self._emulated_s += PULSE_PERIOD_S
@@ -151,10 +157,9 @@ def _run(pipe: Connection, board: FirmwareEmulator, server: MjpegServer, scene: 
         due_s = max(due_s + FRAME_PERIOD_S, time.monotonic())
         scene.hang(faults.payload_kg)
         for pulse in board.drain():
-            if pulse.servo == 0:  # once a period
-                scene.advance(board.widths_us(), pulse.time_s)
+            scene.follow(pulse)
         now_s = board.time_s
-        scene.advance(board.widths_us(), now_s)
+        scene.advance(now_s)
         # The camera runs on emulated time: on a busy machine that stands still now and then, and a film of an arm that
         # stands because its world does would show rest where there is none.
         if faults.stalled or now_s - filmed_s < 0.9 * FRAME_PERIOD_S * speed:

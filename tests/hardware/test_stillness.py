@@ -118,3 +118,14 @@ def test_an_arm_that_does_not_move_at_all_rests_once_the_onset_is_overdue(scene,
     index = rests_at(StillnessWatch(noise, 0.12, 0.0, reference=frames[0], onset_by_s=1.0), frames)
 
     assert index == 25
+
+
+def test_a_flicker_before_the_motion_arrives_is_not_taken_for_it(scene, noise: NoiseModel):
+    flash = greys(scene, [0.0] * 5)
+    flash[2] = np.clip(flash[2].astype(int) + 40, 0, 255).astype(np.uint8)
+    frames = [*flash, *greys(scene, [0.0] * 20), *greys(scene, [0.3] * 10)]
+
+    index = rests_at(StillnessWatch(noise, 0.12, 0.0, reference=frames[0], onset_by_s=5.0), frames[1:])
+
+    assert index is not None
+    assert index >= 25
