@@ -26,15 +26,14 @@ GAUGE_LENGTHS_MM = (40.0, 30.0, 10.0, 5.0)
 
 # z_board of the panel: the calibration board, 4 mm thick, lies on it with its squares in the plane z_board = 0.
 PANEL_Z_MM = 4.5
-# The panel's own edges lie outside the picture, so its faces may be large; even in the corners of a view tilted by 25
-# degrees the lens then bends its depth by less than 1 mm, and it hides nothing of a board that lies on it.
+# The panel's own edges lie outside the picture, so its faces may be large.
 _PANEL_EDGE_MM = 25.0
 
 
 def panel_parts() -> list[Part]:
-    """Build the panel behind the arm, fixed in the board frame and wider than any view of it; it receives shadows."""
+    """Build the panel behind the arm, fixed in the board frame and wider than any view of it; shadows fall on it."""
     panel = grid(steps(-600.0, 800.0, _PANEL_EDGE_MM), steps(-500.0, 600.0, _PANEL_EDGE_MM), PANEL_Z_MM)
-    return [Part("panel", panel, PANEL, receives_shadow=True)]
+    return [Part("panel", panel, PANEL, backdrop=True)]
 
 
 def clutter_parts(base_in_board_mm: Array) -> list[Part]:

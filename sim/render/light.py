@@ -13,10 +13,6 @@ from sim.render.parts import Colour, Part
 
 Array = NDArray[np.float64]
 
-# A shadow is drawn this far in front of the plane that it falls on, mm, so that the two do not fight for the depth
-# test; parts closer to the plane than this throw none.
-SHADOW_LIFT_MM = 0.3
-
 
 @dataclass(frozen=True)
 class Light:
@@ -55,14 +51,14 @@ class Shadow:
 
 
 def shadow_on(parts: Sequence[Part], light: Light) -> Shadow:
-    """Prepare the shadows on the part of `parts` that receives them; raises InputError where none does."""
-    receiver = next((p for p in parts if p.receives_shadow and p.body is None), None)
+    """Prepare the shadows on the backdrop among `parts`; raises InputError where there is none, or no light on it."""
+    receiver = next((p for p in parts if p.backdrop), None)
     if receiver is None:
-        raise InputError("shadows were asked for, but no part of the scene is fixed and receives shadows")
+        raise InputError("shadows were asked for, but no part of the scene is a backdrop for them to fall on")
     towards = light.direction
     if towards[2] >= 0.0:
         raise InputError(f"the light comes from behind the plane of {receiver.name!r}; its z must be negative")
-    z = float(receiver.mesh.vertices[:, 2].min()) - SHADOW_LIFT_MM
+    z = float(receiver.mesh.vertices[:, 2].min())
     T = np.eye(4)
     T[:3, 2] -= towards / towards[2]
     T[:3, 3] = towards / towards[2] * z

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from sim.render.program import MAX_BODIES, Drawing, LensProgram
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
+
+# Shadows are drawn just before the backdrop and behind all else; the depth buffer tells 2^24 levels apart.
+_SHADOW_DEPTH = 1.0 - 2.0**-20
 
 
 class Painter:
@@ -44,9 +48,9 @@ class Painter:
 
         self._moving = upload([p for p in parts if p.body is not None and p.ink is None])
         self._moving_ink = upload([p for p in parts if p.body is not None and p.ink is not None])
-        self._still = upload([p for p in parts if p.body is None and p.ink is None and not p.receives_shadow])
+        self._still = upload([p for p in parts if p.body is None and p.ink is None and not p.backdrop])
         self._still_ink = upload([p for p in parts if p.body is None and p.ink is not None])
-        self._receiver = upload([p for p in parts if p.body is None and p.ink is None and p.receives_shadow])
+        self._backdrop = upload([p for p in parts if p.backdrop])
 
         self._plain = LensProgram("plain")
         self._inked = LensProgram("inked", inked=True)
@@ -109,7 +113,7 @@ class Painter:
 
     def delete(self) -> None:
         """Free all of it."""
-        for drawing in self._moving + self._moving_ink + self._still + self._still_ink + self._receiver:
+        for drawing in self._moving + self._moving_ink + self._still + self._still_ink + self._backdrop:
             drawing.delete()
         for program in (self._plain, self._inked, self._shaded):
             program.delete()
@@ -119,7 +123,7 @@ class Painter:
 
     def _state(self) -> None:
         GL.glEnable(GL.GL_DEPTH_TEST)
-        GL.glDepthFunc(GL.GL_LESS)
+        GL.glDepthFunc(GL.GL_LEQUAL)  # the backdrop lies at the very depth that an empty picture has
         GL.glDepthMask(GL.GL_TRUE)
         GL.glDisable(GL.GL_BLEND)
         GL.glDisable(GL.GL_SCISSOR_TEST)
@@ -143,12 +147,22 @@ class Painter:
         self._draw(self._plain, self._still)
         self._draw(self._inked, self._still_ink)
         self._cast(self._still)
-        self._draw(self._plain, self._receiver)
+        with _at_depth(1.0):
+            self._draw(self._plain, self._backdrop)
 
     def _cast(self, drawings: Sequence[Drawing]) -> None:
-        """Draw the drawings once more, flattened onto the receiver in the one colour that it has in the shade.
+        """Draw the drawings once more, flattened onto the backdrop in the one colour that it has in the shade.
 
         The faces that look away from the lamp are culled by their winding, as those that look away from the camera are.
         """
         if self._shadow is not None:
-            self._draw(self._shaded, drawings)
+            with _at_depth(_SHADOW_DEPTH):
+                self._draw(self._shaded, drawings)
+
+
+@contextmanager
+def _at_depth(depth: float) -> Iterator[None]:
+    """Draw everything at one depth, 0 nearest and 1 furthest."""
+    GL.glDepthRange(depth, depth)
+    yield
+    GL.glDepthRange(0.0, 1.0)

@@ -40,8 +40,8 @@ class Part:
         colour: reflectance.
         body: the body that carries it, whose pose the renderer is given; None for a part fixed in the board frame.
         ink: what is printed on it.
-        receives_shadow: whether its plane nearest to the camera (its smallest z) shows the shadows of all others; for
-            one part fixed in the board frame and square to its z axis.
+        backdrop: a part behind all others, fixed in the board frame and square to its z axis, on which their shadows
+            fall. It hides nothing, whatever its depth: only so can things lie on it when the lens bends large faces.
 
     """
 
@@ -50,15 +50,14 @@ class Part:
     colour: Colour
     body: str | None = None
     ink: Ink | None = None
-    receives_shadow: bool = False
+    backdrop: bool = False
 
     def on(self, body: str | None, T_body_part: Array | None = None) -> Part:
         """Return the part carried by `body`, moved by the (4, 4) transform `T_body_part` (mm)."""
         if T_body_part is None:
             return replace(self, body=body)
-        mesh = self.mesh.copy()
-        mesh.apply_transform(T_body_part)
-        return replace(self, mesh=mesh, body=body)
+        vertices = self.mesh.vertices @ T_body_part[:3, :3].T + T_body_part[:3, 3]
+        return replace(self, mesh=trimesh.Trimesh(vertices, self.mesh.faces, process=False), body=body)
 
 
 @dataclass(frozen=True, eq=False)

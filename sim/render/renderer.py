@@ -33,12 +33,12 @@ class LensRenderer:
         camera: intrinsics, distortion, pose and picture size.
         parts: what to draw; each part's body is looked up in the poses given to `render`.
         supersampling: samples along each side of a pixel.
-        shadows: whether the lamp throws shadows on the part that receives them.
+        shadows: whether the lamp throws shadows on the backdrop.
         light: where the lamp is and how bright.
         background: red, green, blue, 0 to 1, where no part is; a panel behind the scene should leave none.
 
     Raises:
-        InputError: too many bodies, shadows without a part to receive them, or a lens that folds back.
+        InputError: too many bodies, shadows without a backdrop, or a lens that folds back.
         JobError: no off-screen OpenGL on this machine.
 
     """

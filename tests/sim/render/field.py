@@ -56,15 +56,15 @@ def image_centroid(camera: Camera, centre_mm: Array, radius_mm: float) -> Array:
 
 
 def measured_centroid(camera: Camera, channel: Array, centre_mm: Array, reach_mm: float) -> Array:
-    """(2,) centroid of the light above the darkest level, over the pixels whose rays meet the disc's plane within
-    `reach_mm` of its centre."""
+    """(2,) centroid of the light above the darkest level, over the pixels that show the disc's plane within `reach_mm`
+    of its centre."""
     centre_px = project(camera, centre_mm[None])[0]
-    u0, v0 = np.maximum(np.floor(centre_px - 2.0 * GROUND_PX).astype(int), 0)
-    u1, v1 = np.ceil(centre_px + 2.0 * GROUND_PX).astype(int) + 1
+    mm_per_px = np.linalg.inv(project_jacobian(camera, centre_mm[None])[0][:, :2])
+    u0, v0 = np.maximum(np.floor(centre_px - GROUND_PX).astype(int), 0)
+    u1, v1 = np.ceil(centre_px + GROUND_PX).astype(int) + 1
     window = channel[v0:v1, u0:u1].astype(float)
     v, u = np.mgrid[v0 : v0 + window.shape[0], u0 : u0 + window.shape[1]]
-    on_plane = back_project(camera, np.stack([u, v], axis=-1).reshape(-1, 2).astype(float), float(centre_mm[2]))
-    inside = (np.linalg.norm(on_plane - centre_mm, axis=1) <= reach_mm).reshape(window.shape)
-    weight = np.where(inside, window - window[inside].min(), 0.0)
+    away_mm = np.linalg.norm((np.stack([u, v], axis=-1) - centre_px) @ mm_per_px.T, axis=-1)
+    weight = np.where(away_mm <= reach_mm, window - window[away_mm <= reach_mm].min(), 0.0)
     centroid: Array = np.array([(weight * u).sum(), (weight * v).sum()]) / weight.sum()
     return centroid

@@ -25,11 +25,12 @@ _RAYS = 6  # along each side of a pixel
 
 
 def small_webcam(distortion: Array, tilt_deg: float = 20.0) -> Camera:
-    """The webcam at a quarter of its resolution: the same lens, fewer rays to cast."""
+    """The webcam at a lower resolution: the same lens, fewer rays to cast."""
     camera = webcam(tilt_deg)
-    K = np.diag([0.25, 0.25, 1.0]) @ camera.K
-    K[:2, 2] -= 0.375  # pixel centres: (c + 1/2) / 4 - 1/2
-    return replace(camera, image_width=320, image_height=180, K=K, D=distortion)
+    share = 240 / 1280
+    K = np.diag([share, share, 1.0]) @ camera.K
+    K[:2, 2] += 0.5 * share - 0.5  # between centres of pixels: (c + 1/2) share - 1/2
+    return replace(camera, image_width=240, image_height=135, K=K, D=distortion)
 
 
 def rays_on_plane(camera: Camera, T_body_board: Array) -> Array:

@@ -13,13 +13,18 @@ from tests.sim.render.field import GROUND_PX, RADIUS_PX, disc_field, image_centr
 MEAN_PX, RMS_PX, WORST_PX = 0.005, 0.02, 0.06
 
 
-@pytest.mark.parametrize("supersampling", [2, 3])
 @pytest.mark.parametrize(
-    ("tilt_deg", "axis"),
-    [(0.0, (1.0, 0.0, 0.0)), (25.0, (1.0, 0.0, 0.0)), (25.0, (0.0, 1.0, 0.0)), (25.0, (0.6, 0.8, 0.0))],
+    ("supersampling", "tilt_deg", "axis"),
+    [
+        (2, 0.0, (1.0, 0.0, 0.0)),
+        (2, 25.0, (1.0, 0.0, 0.0)),
+        (2, 25.0, (0.0, 1.0, 0.0)),
+        (2, 25.0, (0.6, 0.8, 0.0)),
+        (3, 25.0, (0.6, 0.8, 0.0)),
+    ],
 )
 def test_disc_centres_all_over_the_picture_are_true(
-    tilt_deg: float, axis: tuple[float, float, float], supersampling: int
+    supersampling: int, tilt_deg: float, axis: tuple[float, float, float]
 ) -> None:
     camera = webcam(tilt_deg, axis)
     pixels = pixel_grid(camera)
