@@ -17,6 +17,7 @@ COMMANDS = {
     "calibrate-camera": "calibrate_camera:calibrate_camera_command",
     "measure": "measure:measure_command",
     "calibrate": "calibrate:calibrate_command",
+    "diagnose": "diagnose:diagnose_command",
     "targets": "targets:targets_command",
     "seal": "seal:seal_command",
     "score": "score:score_command",

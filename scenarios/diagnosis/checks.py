@@ -1,0 +1,101 @@
+"""Recordings that cannot be diagnosed, refused in one line; and what a recording that can be cannot tell, in notes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.diagnosis.lattice import Lattice, command_lattices
+from models.errors import RecordingError
+from models.recording import Recording
+
+Array = NDArray[np.float64]
+
+# Moves below this are no moves: a command repeated.
+_STILL_RAD = 1e-6
+
+
+def check_recording(recording: Recording) -> None:
+    """Raise `RecordingError` where nothing was seen, or what was seen never changes while the arm moves."""
+    arm = recording.arm
+    moving = np.ptp(recording.q_cmd, axis=0) > _STILL_RAD
+    if not recording.markers_px:
+        assert recording.q_meas is not None
+        measured = [f"theta{joint + 1}_meas_rad" for joint in range(arm.n_joints)]
+        _refuse_unseen(recording.q_meas, ", ".join(measured), "no angle was measured")
+        for joint, name in enumerate(measured):
+            if moving[joint]:
+                _refuse_stuck(recording.q_meas[:, joint : joint + 1], name, f"theta{joint + 1}_cmd_rad")
+        return
+    everything = np.concatenate(list(recording.markers_px.values()), axis=0)
+    _refuse_unseen(everything, "all marker columns", "no marker was seen")
+    first = int(np.argmax(moving)) if moving.any() else arm.n_joints
+    for name, pixels in recording.markers_px.items():
+        axis = arm.n_joints if name == "e" else arm.marker_names.index(name)
+        if axis > first:  # what lies on or before the first moving axis may well stand still
+            _refuse_stuck(pixels, f"{name}_u_px and {name}_v_px", f"theta{first + 1}_cmd_rad")
+
+
+def notes_on(recording: Recording) -> list[str]:
+    """Return what this recording cannot tell whatever is found, one line each."""
+    return [*_constant(recording), *_one_sided(recording), *_coarse(recording)]
+
+
+def _refuse_unseen(values: Array, columns: str, what: str) -> None:
+    if not np.isfinite(values).any():
+        raise RecordingError(f"samples.csv: {columns} are empty in every row; {what}, so there is nothing to diagnose")
+
+
+def _refuse_stuck(values: Array, columns: str, command: str) -> None:
+    seen = values[np.isfinite(values).all(axis=-1)]
+    if len(seen) > 2 and not np.ptp(seen, axis=0).any():
+        raise RecordingError(
+            f"samples.csv: {columns} never change while {command} does; a stuck reading or a frozen picture: "
+            "measure again, or remove the columns"
+        )
+
+
+def _constant(recording: Recording) -> list[str]:
+    still = np.ptp(recording.q_cmd, axis=0) <= _STILL_RAD
+    notes = [
+        f"theta{joint + 1}_cmd_rad never changes: nothing can be told of joint {joint + 1}"
+        for joint in np.flatnonzero(still)
+    ]
+    if recording.has_time and len(recording) > 1 and np.ptp(recording.time_s) == 0:
+        notes.append("time_s never changes: it is not used, and poses are taken in their order")
+    return notes
+
+
+def _one_sided(recording: Recording) -> list[str]:
+    """Joints that always turn the same way: play and friction only shift their zero."""
+    moves = np.diff(recording.q_cmd, axis=0)
+    moves = np.where(np.abs(moves) > _STILL_RAD, np.sign(moves), 0.0)
+    joints = [
+        joint + 1 for joint in range(moves.shape[1]) if abs(moves[:, joint]).any() and _no_reversal(moves[:, joint])
+    ]
+    if not joints:
+        return []
+    which = ", ".join(str(joint) for joint in joints)
+    return [
+        f"joint {which}: every pose is approached from the same side; backlash and hysteresis there cannot be told "
+        "from the joint's zero: add the same poses approached from the other side"
+    ]
+
+
+def _no_reversal(signs: Array) -> bool:
+    return len(np.unique(signs[signs != 0])) == 1
+
+
+def _coarse(recording: Recording) -> list[str]:
+    reach = float(recording.arm.link_lengths_mm.sum())
+    return [lattice_note(lattice, reach) for lattice in command_lattices(recording.q_cmd)]
+
+
+def lattice_note(lattice: Lattice, reach_mm: float) -> str:
+    """Return what a coarse lattice of commands means, with its error at the tip of an arm of `reach_mm`."""
+    step, std = lattice.step_rad, lattice.reading_std_rad
+    return (
+        f"joint {lattice.joint}: {lattice.on_lattice} of {lattice.poses} different commands lie on steps of "
+        f"{np.degrees(step):.3g} deg ({step:.4g} rad): they were read or rounded that coarsely, which alone is an "
+        f"error of {std:.2g} rad ({std * reach_mm:.2g} mm at the tip); nothing finer can be told"
+    )

@@ -1,0 +1,83 @@
+"""The recording made again by its extended twin in MuJoCo, and how far the two are apart."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.diagnosis.diagnosis import Diagnosis
+from calib.diagnosis.holdout import in_millimetres
+from calib.diagnosis.problem import Problem
+from models.recording import Recording
+from models.twin import Twin, rebuild
+from models.world import World
+from scenarios.diagnosis.remainder import sightings
+from sim.observe import default_clock, pixels_of
+from sim.physics.simulation import ArmSimulation, simulate
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Resimulation:
+    """A recording against its twin in MuJoCo.
+
+    Attributes:
+        channels: (N, M, d) what the simulated bench shows, in pixels or radians.
+        miss_mm: (N, M) distance from what was recorded, NaN where nothing was seen.
+        rms_mm: over every sighting that counts.
+        held_out_rms_mm: over those of the poses that nothing was fitted to.
+
+    """
+
+    channels: Array
+    miss_mm: Array
+    rms_mm: float
+    held_out_rms_mm: float
+
+
+def resimulate(twin: Twin, recording: Recording, markers: tuple[str, ...]) -> Array:
+    """(N, M, 2) pixels of `markers`, or for a twin without camera (N, n, 1) link angles, of the rebuilt bench.
+
+    Detection is left out: a twin says where the markers are, not what is mistaken for them.
+    """
+    world = replace(rebuild(twin), detections=())
+    clock = recording.time_s if recording.has_time else default_clock(len(recording))
+    payload = None if recording.payload_kg is None else np.nan_to_num(recording.payload_kg)
+    if twin.camera is None:
+        return _angles(world, recording.q_cmd, clock, payload)[..., None]
+    pixels = pixels_of(world, simulate(world, recording.q_cmd, clock, payload), clock)
+    return np.stack([pixels[name] for name in markers], axis=1)
+
+
+def compare(diagnosis: Diagnosis, twin: Twin, recording: Recording) -> Resimulation:
+    """Resimulate a diagnosed recording with its twin, and measure the distance to what was recorded."""
+    problem = diagnosis.problem
+    channels = resimulate(twin, recording, problem.context.markers)
+    seen = sightings(diagnosis)
+    residual = np.where(seen.counts[..., None], seen.observed - channels, np.nan)
+    miss = _length_mm(problem, diagnosis.explanation.final.g, residual)
+    return Resimulation(channels, miss, _rms(miss), _rms(miss[diagnosis.held_rows]))
+
+
+def _angles(world: World, q_cmd: Array, clock: Array, payload_kg: Array | None) -> Array:
+    """(N, n) angles of the links, rad: what a protractor would read."""
+    arm = ArmSimulation(world)
+    out = np.empty_like(q_cmd)
+    for sample, q in enumerate(q_cmd):
+        arm.move(q, sample, float(clock[sample]), 0.0 if payload_kg is None else float(payload_kg[sample]))
+        out[sample] = arm.joint_angles()
+    shown: Array = out[np.clip(np.arange(len(out)) - world.picture_lag, 0, len(out) - 1)]
+    return shown
+
+
+def _length_mm(problem: Problem, g: Array, residual: Array) -> Array:
+    if not problem.is_pixels:  # angles may differ by whole turns
+        residual = np.angle(np.exp(1j * residual))
+    return np.sqrt((in_millimetres(problem, g, residual) ** 2).sum(axis=-1))
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.nanmean(values**2))) if np.isfinite(values).any() else float("nan")

@@ -1,0 +1,64 @@
+"""The diagnosis as data: the content of `diagnosis.json` (`armtwin.diagnosis/1`)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from calib.diagnosis.diagnosis import Diagnosis, NamedCause
+from scenarios.diagnosis.findings import estimates_of
+from scenarios.diagnosis.next_experiment import NextExperiment
+
+SCHEMA = "armtwin.diagnosis/1"
+
+
+def diagnosis_table(diagnosis: Diagnosis, experiment: NextExperiment | None) -> dict[str, Any]:
+    """Return the content of `diagnosis.json`."""
+    geometry, held_out = diagnosis.geometry, diagnosis.held_out
+    estimates = zip(geometry.names, geometry.values, geometry.std, strict=True)
+    return {
+        "schema": SCHEMA,
+        "verdict": diagnosis.verdict,
+        "causes": [_cause(cause, diagnosis) for cause in diagnosis.causes],
+        "geometry": {
+            "identifiable": geometry.identifiable,
+            "parameters": {name: {"value": value, "std": std} for name, value, std in estimates},
+            "gauge": list(geometry.gauge),
+        },
+        "held_out": {
+            "trajectories": list(held_out.trajectories),
+            "nominal_rms_mm": held_out.nominal_rms_mm,
+            "before_rms_mm": held_out.before_rms_mm,
+            "after_rms_mm": held_out.after_rms_mm,
+            "noise_floor_mm": held_out.noise_floor_mm,
+            "gain_percent": held_out.gain_percent,
+            "gain_ci95_percent": list(held_out.gain_ci95_percent),
+        },
+        "unexplained": {
+            "rms_mm": diagnosis.unexplained_rms_mm,
+            "structured": bool(diagnosis.trends_after),
+            "against": [trend.against for trend in diagnosis.trends_after],
+        },
+        "next_experiment": None
+        if experiment is None
+        else {
+            "trajectory": experiment.trajectory,
+            "tells_apart": list(experiment.tells_apart),
+            "why": experiment.why,
+        },
+    }
+
+
+def _cause(cause: NamedCause, diagnosis: Diagnosis) -> dict[str, Any]:
+    site = cause.active.site
+    return {
+        "effect": cause.active.effect.name,
+        "joint": site.joint,
+        "marker": site.marker,
+        "parameters": {
+            name: {"value": estimate.value, "std": estimate.std}
+            for name, estimate in estimates_of(cause, diagnosis).items()
+        },
+        "equivalents": [{"effect": other.effect.name, "joint": other.site.joint} for other in cause.equivalents],
+        "p_value": cause.p_value,
+        "explained_percent": cause.explained_percent,
+    }
