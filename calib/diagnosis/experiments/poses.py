@@ -98,8 +98,102 @@ def full_sweep(space: Space, joint: int) -> Candidate:
 def stretched_and_folded(space: Space, joint: int) -> Candidate:
     """Poses of the largest and of the smallest torque of gravity about a joint, by turns."""
     q = _scattered(space, 40 * _POSES)
-    torque = space.context.declared_torque_of(q)[:, joint] if False else _torque(space, q)[:, joint]
-    order = np.argsort(torque)
-    picked = np.stack([order[: _POSES // 2], order[: -_POSES // 2 - 1 : -1]], axis=-1).ravel()
+    links, tip = space.context.masses_kg
+    order = np.argsort(space.context.gravity_torque(q, links, np.array(tip))[:, joint])
+    half = _POSES // 2
+    picked = np.stack([order[:half], order[: -half - 1 : -1]], axis=-1).ravel()
     what = f"the arm is stretched and folded by turns, so that gravity's torque about joint {joint + 1} changes most"
     return Candidate(f"stretched_and_folded_{joint + 1}", q[picked], np.zeros(len(picked)), what)
+
+
+def known_payload(space: Space) -> Candidate:
+    """The same poses without and with a known mass at the tip."""
+    q = _scattered(space, _POSES)
+    payload = np.repeat([0.0, PAYLOAD_KG], len(q))
+    grams = round(1000 * PAYLOAD_KG)
+    what = f"the same poses without and with {grams} g at the tip"
+    do = (f"hang {grams} g at the tip when the plan's column payload_kg says so",)
+    return Candidate("known_payload", np.concatenate([q, q]), payload, what, do)
+
+
+def repeat_pose(space: Space) -> Candidate:
+    """One pose again and again, with others in between, so that only time can change what is seen."""
+    away = _scattered(space, _POSES)
+    q = np.stack([np.tile(space.rest, (len(away), 1)), away], axis=1).reshape(-1, away.shape[1])
+    return Candidate("repeat_pose", q, np.zeros(len(q)), "one pose is visited again and again between others")
+
+
+def whole_picture(space: Space) -> Candidate:
+    """Every corner of the joints' ranges and poses between them: as much of the picture as the arm can reach."""
+    corners = np.array(list(product(*space.ranges)))[: 2 * _POSES]
+    q = np.concatenate([corners, _scattered(space, _POSES)])
+    return Candidate("whole_picture", q, np.zeros(len(q)), "the markers are brought to every part of the picture")
+
+
+def camera_elsewhere(space: Space) -> Candidate:
+    """Scattered poses, to be seen from elsewhere by a camera that is calibrated anew."""
+    q = _scattered(space, 2 * _POSES)
+    do = (
+        "move the camera so that it looks at the board from about 20 degrees to the side, and calibrate its place anew "
+        "(armtwin calibrate-camera)",
+        "run this plan as a recording of its own and diagnose it: a cause in the arm stays, one in the camera goes",
+    )
+    return Candidate("camera_elsewhere", q, np.zeros(len(q)), "the arm is seen from elsewhere", do)
+
+
+def gauge_in_plane(space: Space) -> Candidate:
+    """The arm at rest, with a gauge of known length laid in its plane."""
+    q = np.tile(space.rest, (4, 1))
+    do = (
+        "lay a gauge of known length in the arm's plane, at four places of the picture, one a pose",
+        "measure its length in every picture: a wrong scale there is the camera's (focal_length, plane_offset), not "
+        "the arm's",
+    )
+    return Candidate("gauge_in_plane", q, np.zeros(len(q)), "a known length is seen in the arm's plane", do)
+
+
+_BY_JOINT: dict[str, Callable[[Space, int], Candidate]] = {
+    "reversal": reversal,
+    "growing_steps": growing_steps,
+    "fine_ramp": fine_ramp,
+    "full_sweep": full_sweep,
+    "stretched_and_folded": stretched_and_folded,
+}
+_BY_ARM: dict[str, Callable[[Space], Candidate]] = {
+    "known_payload": known_payload,
+    "repeat_pose": repeat_pose,
+    "whole_picture": whole_picture,
+}
+# What has to be done by a person and cannot be appended to the recording.
+BY_HAND: dict[str, Callable[[Space], Candidate]] = {
+    "gauge_in_plane": gauge_in_plane,
+    "camera_elsewhere": camera_elsewhere,
+}
+_NEED_GRAVITY = ("stretched_and_folded", "known_payload")
+NAMES: tuple[str, ...] = (*_BY_JOINT, *_BY_ARM, *BY_HAND)
+
+
+def candidates(space: Space, joints: tuple[int, ...]) -> list[Candidate]:
+    """List the plans that can be run on the bench as it stands; `joints` (from 0) are those in question."""
+    usable = [name for name in (*_BY_JOINT, *_BY_ARM) if space.context.has_gravity or name not in _NEED_GRAVITY]
+    found = [_BY_JOINT[name](space, joint) for name in usable if name in _BY_JOINT for joint in joints]
+    return found + [_BY_ARM[name](space) for name in usable if name in _BY_ARM]
+
+
+def _of_joint(name: str, space: Space, joint: int, path: Array, what: str) -> Candidate:
+    """The joint goes along `path` (K,), kept inside its range; the others rest."""
+    q = np.tile(space.rest, (len(path), 1))
+    q[:, joint] = np.clip(path, *space.ranges[joint])
+    return Candidate(f"{name}_{joint + 1}", q, np.zeros(len(path)), what)
+
+
+def _scattered(space: Space, n: int) -> Array:
+    """(n, joints) poses that fill the ranges evenly: an additive recurrence (M. Roberts' R sequence)."""
+    d = len(space.ranges)
+    g = 2.0
+    for _ in range(40):  # the positive root of g^(d+1) = g + 1, by fixed point
+        g = (1.0 + g) ** (1.0 / (d + 1))
+    unit = np.mod(0.5 + np.outer(np.arange(1, n + 1), g ** -np.arange(1.0, d + 1)), 1.0)
+    low, high = space.ranges.T
+    out: Array = low + unit * (high - low)
+    return out
