@@ -18,7 +18,9 @@ COMMANDS = {
     "measure": "measure:measure_command",
     "calibrate": "calibrate:calibrate_command",
     "diagnose": "diagnose:diagnose_command",
+    "doctor": "doctor:doctor_command",
     "targets": "targets:targets_command",
+    "bench-check": "bench_check:bench_check_command",
     "seal": "seal:seal_command",
     "score": "score:score_command",
 }

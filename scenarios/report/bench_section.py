@@ -17,7 +17,7 @@ from scenarios.runner.frames import read_frame
 Image = NDArray[np.uint8]
 
 # BGR of the report's colours for armtwin's and the paper's detector.
-_OURS, _PAPERS = (178, 114, 0), (167, 121, 204)
+_OURS, _PAPERS, _HALO = (178, 114, 0), (167, 121, 204), (255, 255, 255)
 # Sub-pixel drawing: OpenCV takes coordinates in 1/2^4 px.
 _SHIFT = 4
 _CROP_PX = 44
@@ -46,13 +46,15 @@ def bench_section(run: RunData) -> Section:
                 _close_ups(image, recording, row),
                 f"The markers, {_ZOOM} times enlarged. The Hough circle sits on the pixel grid; the ellipse through "
                 "sub-pixel edge points does not.",
+                columns=4,
             ),
             _unseen(run),
             fold(
                 "Figure 3: the stages of the paper's detector, one by one",
                 [
                     gallery(
-                        _stages(image), "Section 3.2: red channel, smoothing, derivatives, threshold, opening, Hough."
+                        _stages(image),
+                        "Section 3.2: red channel, smoothing, derivatives, threshold, opening, Hough.",
                     )
                 ],
             ),
@@ -98,9 +100,12 @@ def _draw(shown: Image, image: Image, recording: Recording, row: int, left: floa
     discs = detect(image, "subpixel", recording.camera, recording.arm_plane_z_mm)
     found = identify(discs, recording.arm, recording.camera, recording.arm_plane_z_mm, recording.q_cmd[row]).discs
     for name, disc in found.items():
-        for u, v in disc.edges:
-            cv2.circle(shown, at(u, v), 1 << _SHIFT, _OURS, -1, cv2.LINE_AA, _SHIFT)
-        cv2.drawMarker(shown, _whole(at(*disc.centre)), _OURS, cv2.MARKER_CROSS, 14, 2, cv2.LINE_AA)
+        dot = max(1.0, 0.35 * zoom)
+        for colour, size in ((_HALO, dot + 1.0), (_OURS, dot)):
+            for u, v in disc.edges:
+                cv2.circle(shown, at(u, v), round(size * (1 << _SHIFT)), colour, -1, cv2.LINE_AA, _SHIFT)
+        for colour, width in ((_HALO, 5), (_OURS, 2)):
+            cv2.drawMarker(shown, _whole(at(*disc.centre)), colour, cv2.MARKER_CROSS, 16, width, cv2.LINE_AA)
         if zoom == 1.0:
             u, v = _whole(at(*disc.centre))
             cv2.putText(shown, name.upper(), (u + 30, v + 10), cv2.FONT_HERSHEY_SIMPLEX, 1.0, _OURS, 2, cv2.LINE_AA)

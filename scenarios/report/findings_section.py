@@ -27,8 +27,8 @@ def injected_section(run: RunData) -> Section:
     left = run.results["validation"]["mean_after_mm"]
     lead = (
         f"{left:.2f} mm are left although lengths and angles are right: this bench also has the faults below, which no "
-        "length or angle can stand for. They were chosen by us (the scenario file says why), built into the physics, and "
-        "are shown here only because this is a simulation."
+        "length or angle can stand for. They were chosen by us (the scenario file says why), built into the physics, "
+        "and are shown here only because this is a simulation."
         if effects
         else f"This bench has geometric errors only; {left:.3f} mm are left on the line."
     )
@@ -63,8 +63,8 @@ def paper_section(run: RunData) -> Section:
         slug="paper",
         title="What was found about the paper",
         lead=(
-            "About half of the paper's error was never geometric: its own parameters explain 2.0 of 4.0 mm, and what its "
-            "calibration left is seven times its camera's error."
+            "About half of the paper's error was never geometric: its own parameters explain 2.0 of 4.0 mm, and what "
+            "its calibration left is seven times its camera's error."
         ),
         blocks=(
             table(

@@ -30,25 +30,31 @@ def gauge_section(run: RunData) -> Section:
         title="How well the camera measures (Table 3)",
         lead=(
             f"Gauges of known length, placed anywhere in the arm's plane: the sub-pixel detector is never worse than "
-            f"{worst['subpixel']:.3f} mm in bias or spread, the paper's chain {worst['paper']:.2f} mm, on the same pictures."
+            f"{worst['subpixel']:.3f} mm in bias or spread, the paper's chain {worst['paper']:.2f} mm, in the same "
+            "pictures."
         ),
         blocks=(
             plot(
                 _biases(rows),
-                "Average measured length less the true one; bars are ± U (equation 24). The paper's bias is the same at "
-                "5 and at 40 mm: an edge seen too far out, not a wrong scale.",
+                "Average measured length less the true one; bars are ± U (equation 24). The paper's bias is the same "
+                "at 5 and at 40 mm: an edge seen too far out, not a wrong scale.",
             ),
             table(
-                ["length, mm", "detector", "average, mm", "bias, mm", "mean square error, mm²", "U, mm", "missed"],
-                [cells for row in rows for cells in _cells(row)],
+                ["length, mm", "detector", "average, mm", "bias, mm", "mean square, mm²", "U, mm", "missed"],
+                [cells for row in sorted(rows, key=_by_length) for cells in _cells(row)],
                 f"Table 3, {rows[0]['n'] + rows[0]['missed']} placements each.",
             ),
             gallery(
                 pictures,
                 "The first placement of each gauge: a block with two discs whose centres are its length apart.",
+                columns=4,
             ),
         ),
     )
+
+
+def _by_length(row: dict[str, Any]) -> tuple[float, str]:
+    return -row["length_mm"], row["detector"]
 
 
 def _cells(row: dict[str, Any]) -> list[list[str]]:

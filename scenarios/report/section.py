@@ -48,18 +48,27 @@ def table(header: Sequence[str], rows: Sequence[Sequence[Cell]], caption: str, m
 
 def plot(figure: go.Figure, caption: str) -> Markup:
     """Return an interactive figure; the page brings plotly.js once."""
-    inner = figure.to_html(full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True})
+    inner = figure.to_html(
+        full_html=False, include_plotlyjs=False, config={"displayModeBar": False, "responsive": True}
+    )
     return render("figure.html", inner=Markup(inner), caption=caption)  # noqa: S704  # plotly escapes its data
 
 
 def picture(image: NDArray[np.uint8], caption: str, quality: int = 88) -> Markup:
     """Return a picture (H, W, 3) BGR or (H, W) grey, as JPEG within the page."""
-    return render("pictures.html", pictures=[(_jpeg(image, quality), "")], caption=caption)
+    return render("pictures.html", columns=1, pictures=[(_jpeg(image, quality), "")], caption=caption)
 
 
-def gallery(images: Sequence[tuple[str, NDArray[np.uint8]]], caption: str, quality: int = 85) -> Markup:
+def gallery(
+    images: Sequence[tuple[str, NDArray[np.uint8]]], caption: str, columns: int = 3, quality: int = 85
+) -> Markup:
     """Return named pictures side by side."""
-    return render("pictures.html", pictures=[(_jpeg(image, quality), name) for name, image in images], caption=caption)
+    return render(
+        "pictures.html",
+        columns=columns,
+        pictures=[(_jpeg(image, quality), name) for name, image in images],
+        caption=caption,
+    )
 
 
 def fold(summary: str, blocks: Sequence[Markup]) -> Markup:

@@ -10,10 +10,12 @@ from sim.render import Part
 from sim.render.solids import box
 
 
-def simulated_bench(scenario: ScenarioFile, purpose: str, n_poses: int | None = None) -> SimulatedBench:
+def simulated_bench(
+    scenario: ScenarioFile, purpose: str, n_poses: int | None = None, samples_before: int = 0
+) -> SimulatedBench:
     """Return the scenario's bench; each purpose has sensor noise of its own."""
     return SimulatedBench(
-        build_world(scenario),
+        build_world(scenario, samples_before),
         seed=generator(scenario, purpose),
         sensor=sensor_of(scenario),
         shadows=scenario.picture.shadows,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,11 @@ from models.atomic import folder_aside
 from models.bench import Bench
 from models.kinematics import Deviation, inverse
 from scenarios.runner.bench import simulated_bench
-from scenarios.runner.frames import write_frame
+from scenarios.runner.frames import Image, write_frame
 from scenarios.runner.job import Job
 from scenarios.runner.worker import Tick
 from scenarios.runner.world import declared_arm
+from scenarios.scenario import ScenarioFile
 
 Array = NDArray[np.float64]
 
@@ -23,7 +25,7 @@ def capture_before(job: Job, tick: Tick) -> dict[str, Any]:
     """Run every trajectory through the nominal inverse kinematics, one after the other."""
     arm, scenario = declared_arm(job.scenario), job.scenario
     commands = {name: inverse(arm, path.poses()) for name, path in scenario.trajectories.items()}
-    return _capture(job, "before", commands, tick)
+    return _capture(job, "before", commands, 0, tick)
 
 
 def capture_after(job: Job, tick: Tick) -> dict[str, Any]:
@@ -32,13 +34,19 @@ def capture_after(job: Job, tick: Tick) -> dict[str, Any]:
     delta = Deviation(np.array(found["lengths_mm"]), np.array(found["joints_rad"]))
     name = job.scenario.validate_on
     poses = job.scenario.trajectories[name].poses()
-    return _capture(job, "after", {name: inverse(declared_arm(job.scenario), poses, delta=delta)}, tick)
+    commands = {name: inverse(declared_arm(job.scenario), poses, delta=delta)}
+    return _capture(job, "after", commands, samples_before(job.scenario, "after"), tick)
 
 
-def _capture(job: Job, recording: str, commands: dict[str, Array], tick: Tick) -> dict[str, Any]:
+def samples_before(scenario: ScenarioFile, recording: str) -> int:
+    """Return how many poses the bench has run before a recording of this run."""
+    return 0 if recording == "before" else sum(path.samples for path in scenario.trajectories.values())
+
+
+def _capture(job: Job, recording: str, commands: dict[str, Array], earlier: int, tick: Tick) -> dict[str, Any]:
     """Take one picture a pose into `recordings/<recording>/frames`, all or none of them."""
     q_cmd = np.concatenate(list(commands.values()))
-    bench = simulated_bench(job.scenario, recording, len(q_cmd))
+    bench = simulated_bench(job.scenario, recording, len(q_cmd), earlier)
     with folder_aside(job.recordings / recording / "frames") as folder:
         times = _follow(bench, q_cmd, lambda number, image: write_frame(folder, number, image), tick)
     return {
@@ -48,7 +56,7 @@ def _capture(job: Job, recording: str, commands: dict[str, Array], tick: Tick) -
     }
 
 
-def _follow(bench: Bench, q_cmd: Array, keep: Any, tick: Tick) -> list[float]:
+def _follow(bench: Bench, q_cmd: Array, keep: Callable[[int, Image], None], tick: Tick) -> list[float]:
     times = []
     bench.connect()
     try:

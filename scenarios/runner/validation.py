@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from calib.arm.algorithm_1 import measured_tip
 from models.recording import Recording
+from scenarios.runner.capture import samples_before
 from scenarios.runner.job import Job
 from scenarios.runner.measure import recorded
 from scenarios.runner.worker import Tick
@@ -25,7 +26,7 @@ def validate(job: Job, tick: Tick) -> dict[str, Any]:
     for number, name in enumerate(("before", "after")):
         recording = recorded(job, name)
         rows = np.flatnonzero(recording.trajectory == job.scenario.validate_on)
-        runs[name] = _run(recording, rows, path, _true_tip(job, recording)[rows])
+        runs[name] = _run(recording, rows, path, _true_tip(job, name, recording)[rows])
         tick(number + 1, 2)
     before, after = runs["before"]["mean_mm"], runs["after"]["mean_mm"]
     return {
@@ -58,9 +59,9 @@ def _run(recording: Recording, rows: NDArray[np.int64], path: Array, true_mm: Ar
     }
 
 
-def _true_tip(job: Job, recording: Recording) -> Array:
+def _true_tip(job: Job, name: str, recording: Recording) -> Array:
     """(N, 2) where the simulated arm's tip truly was relative to A, robot mm: what no bench can tell."""
-    world = build_world(job.scenario)
+    world = build_world(job.scenario, samples_before(job.scenario, name))
     points = simulate(world, recording.q_cmd, recording.time_s)
     column = world.arm.known_markers.index(recording.arm.marker_names[-1])
     tip: Array = points[:, column, :2]

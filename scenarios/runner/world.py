@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import cv2
@@ -34,8 +35,11 @@ def true_deviation(scenario: ScenarioFile) -> Deviation:
     return Deviation(np.array(table.length_errors_mm), np.array(table.joint_errors_rad))
 
 
-def build_world(scenario: ScenarioFile) -> World:
-    """Build the bench with every fault of the scenario; raises `InputError` that names the effect it cannot make."""
+def build_world(scenario: ScenarioFile, samples_before: int = 0) -> World:
+    """Build the bench with every fault of the scenario; raises `InputError` that names the effect it cannot make.
+
+    `samples_before` poses were run earlier: what happens at some sample has then happened, or comes sooner.
+    """
     world = ideal_world(
         declared_arm(scenario),
         true_camera(scenario),
@@ -45,9 +49,18 @@ def build_world(scenario: ScenarioFile) -> World:
     )
     for number, effect in enumerate(scenario.effects):
         try:
-            world = effect_named(effect.name).inject(world, effect.parameters, joint=effect.joint, marker=effect.marker)
+            world = effect_named(effect.name).inject(
+                world, _later(effect.parameters, samples_before), joint=effect.joint, marker=effect.marker
+            )
         except InputError as error:
             raise InputError(f"effects.{number} ('{effect.name}'): {error}") from None
         except KeyError as error:
             raise InputError(f"effects.{number} ('{effect.name}'): key {error} is missing") from None
     return world
+
+
+def _later(parameters: Mapping[str, float], samples_before: int) -> dict[str, float]:
+    shifted = dict(parameters)
+    if "from_sample" in shifted:
+        shifted["from_sample"] = max(0.0, shifted["from_sample"] - samples_before)
+    return shifted
