@@ -78,13 +78,15 @@ def create_context() -> Context:
 
 
 def _egl_context() -> Context:
-    from OpenGL.EGL import eglDestroyContext
+    from OpenGL.EGL import EGL_NO_CONTEXT, EGL_NO_SURFACE, eglDestroyContext, eglMakeCurrent
     from pyrender.platforms.egl import EGLPlatform, get_device_by_index
 
     class SharedDisplayPlatform(EGLPlatform):  # type: ignore[misc]
         """pyrender's platform would terminate the display, and with it every other EGL context of the process."""
 
         def delete_context(self) -> None:
+            # A context destroyed while it is current would still be found, and restored, by others.
+            eglMakeCurrent(self._egl_display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT)
             eglDestroyContext(self._egl_display, self._egl_context)
 
     context: Context = SharedDisplayPlatform(

@@ -9,6 +9,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from models.errors import InputError
+
 Array = NDArray[np.float64]
 Colour = tuple[float, float, float]  # red, green, blue reflectance, linear, 0 to 1
 
@@ -51,6 +53,10 @@ class Part:
     body: str | None = None
     ink: Ink | None = None
     backdrop: bool = False
+
+    def __post_init__(self) -> None:
+        if self.backdrop and (self.body is not None or self.ink is not None):
+            raise InputError(f"part {self.name!r} is a backdrop, which neither moves nor is printed on")
 
     def on(self, body: str | None, T_body_part: Array | None = None) -> Part:
         """Return the part carried by `body`, moved by the (4, 4) transform `T_body_part` (mm)."""
