@@ -25,20 +25,22 @@ def default_clock(n: int) -> Array:
     return np.arange(n, dtype=float) * POSE_PERIOD_S
 
 
-def progress_of(time_s: Array) -> Array:
-    """(N,) share of the recording that is over at each time."""
+def progress_of(time_s: Array, span_s: float | None = None) -> Array:
+    """(N,) share of the recording that is over at each time; of its first `span_s` where it was gone on with."""
     elapsed = time_s - time_s[0]
-    return elapsed / elapsed[-1] if elapsed[-1] > 0 else np.zeros_like(elapsed)
+    whole = float(elapsed[-1]) if span_s is None else span_s
+    return elapsed / whole if whole > 0 else np.zeros_like(elapsed)
 
 
-def pixels_of(world: World, markers_robot_mm: Array, time_s: Array) -> dict[str, Array]:
+def pixels_of(world: World, markers_robot_mm: Array, time_s: Array, span_s: float | None = None) -> dict[str, Array]:
     """Project (N, M, 3) markers in the robot frame, mm, through the true camera: raw pixels (N, 2) by marker.
 
-    A marker outside the picture is NaN: it was not seen.
+    A marker outside the picture is NaN: it was not seen. What goes on over a recording goes on over `span_s`, by
+    default all of it.
     """
     n = len(markers_robot_mm)
     pixels = np.empty((*markers_robot_mm.shape[:2], 2))
-    progress = progress_of(time_s)
+    progress = progress_of(time_s, span_s)
     for row in range(n):
         camera = world.camera_at(Moment(row, float(time_s[row]), float(progress[row])))
         pixels[row] = project(camera, robot_to_board(markers_robot_mm[row], world.base_in_board_mm))

@@ -1,0 +1,120 @@
+"""Diagnose, run the proposed experiment on the simulated bench, diagnose again, until nothing more can be told."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.random import Generator
+
+from calib.diagnosis.diagnosis import Diagnosis, diagnose
+from calib.diagnosis.experiment import Experiment, propose
+from calib.diagnosis.holdout import held_out_rows
+from models.errors import InputError
+from models.kinematics import inverse
+from models.plan import Plan, plan_of
+from models.recording import Recording, make_samples
+from models.world import World
+from scenarios.runner.world import build_world, declared_arm
+from scenarios.scenario import ScenarioFile
+from sim.observe import default_clock, make_recording, observe, pixels_of
+from sim.physics.simulation import simulate
+
+# What the sub-pixel detector leaves of a good picture, px: the noise where a recording states none.
+_NOISE_PX = 0.06
+# Each round takes a diagnosis; causes that three experiments have not parted will hardly be parted by a fourth.
+MOST_ROUNDS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Round:
+    """A recording, what was found in it, and what was proposed to be run next (None: nothing more can be told)."""
+
+    recording: Recording
+    diagnosis: Diagnosis
+    experiment: Experiment | None
+
+
+def close_loop(
+    world: World,
+    recording: Recording,
+    *,
+    seed: int = 0,
+    most_rounds: int = MOST_ROUNDS,
+    tell: Callable[[str], None] = lambda _: None,
+) -> list[Round]:
+    """Diagnose and experiment by turns on the bench `world`, on which `recording` was made; the last round decides.
+
+    Ends where nothing ties, where no plan that the bench can run alone would tell more, or after `most_rounds`.
+    """
+    recording = _with_held_out(recording)
+    rounds: list[Round] = []
+    while True:
+        tell(f"round {len(rounds) + 1}: diagnosing {len(recording)} poses")
+        diagnosis = diagnose(recording, tell)
+        experiment = propose(diagnosis)
+        rounds.append(Round(recording, diagnosis, experiment))
+        if experiment is None or not experiment.appends or len(rounds) == most_rounds:
+            return rounds
+        tell(f"round {len(rounds)}: running {experiment.trajectory}, {len(experiment.plan)} poses")
+        recording = go_on(world, recording, experiment.plan, np.random.default_rng([seed, len(rounds)]))
+
+
+def record_scenario(scenario: ScenarioFile) -> tuple[World, Recording]:
+    """Return a scenario's bench and the recording of its trajectories on it, the validation's held out."""
+    world, arm = build_world(scenario), declared_arm(scenario)
+    plan = plan_of({name: inverse(arm, path.poses()) for name, path in scenario.trajectories.items()})
+    clock, rng = default_clock(len(plan)), np.random.default_rng(scenario.seed)
+    held_out = (scenario.validate_on,)
+    return world, make_recording(world, plan.q_cmd, plan.trajectory, clock, rng, _NOISE_PX, held_out=held_out)
+
+
+def go_on(world: World, recording: Recording, plan: Plan, rng: Generator) -> Recording:
+    """Return the recording with `plan` run after it on the same bench.
+
+    The bench's past decides how its joints stand, so the whole is simulated again; what was recorded stays as it is.
+    """
+    if not recording.markers_px:
+        raise InputError("recording.json: key 'camera' is missing; the simulated bench is watched by a camera")
+    n_old, n = len(recording), len(recording) + len(plan)
+    # Where no trajectory is held out by name, a new one could be taken for the one to hold out.
+    names = plan.trajectory if recording.held_out else np.full(len(plan), recording.trajectory[-1])
+    q_cmd = np.concatenate([recording.q_cmd, plan.q_cmd])
+    old_payload = np.zeros(n_old) if recording.payload_kg is None else recording.payload_kg
+    payload = np.concatenate([old_payload, plan.payload_kg])
+    clock = default_clock(n)
+    if recording.has_time:
+        period = float(np.median(np.diff(recording.time_s))) if n_old > 1 else float(clock[1])
+        clock = np.concatenate([recording.time_s, recording.time_s[-1] + period * np.arange(1, len(plan) + 1)])
+    span = float(clock[n_old - 1] - clock[0])
+    seen = observe(
+        world,
+        pixels_of(world, simulate(world, q_cmd, clock, payload), clock, span),
+        q_cmd,
+        np.concatenate([recording.trajectory, names]),
+        clock if recording.has_time else None,
+        rng,
+        recording.pixel_noise_px or _NOISE_PX,
+        markers=tuple(recording.markers_px),
+        payload_kg=payload if payload.any() else None,
+    )
+    markers = {name: np.concatenate([old, seen.markers_px[name][n_old:]]) for name, old in recording.markers_px.items()}
+    return replace(
+        recording,
+        sample=np.concatenate([recording.sample, recording.sample[-1] + 1 + make_samples(len(plan))]),
+        time_s=seen.time_s,
+        trajectory=seen.trajectory,
+        q_cmd=q_cmd,
+        markers_px=markers,
+        q_meas=None,
+        payload_kg=seen.payload_kg,
+        temperature_c=None,
+        folder=None,
+    )
+
+
+def _with_held_out(recording: Recording) -> Recording:
+    """Keep the same trajectories held out in every round: an experiment is run to be learnt from."""
+    _, names, _ = held_out_rows(recording)
+    return replace(recording, held_out=names) if names else recording
