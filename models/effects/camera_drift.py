@@ -43,8 +43,8 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-# A plastic clamp creeps as a damper behind a spring does: it would settle in about two recordings.
-_CLAMP_TIME = 2.0
+# A plastic clamp creeps as a damper beside a spring does: it would settle in about ten recordings.
+_CLAMP_TIME = 10.0
 
 
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:

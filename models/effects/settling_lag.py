@@ -51,7 +51,7 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # The bench takes its picture, and goes on, this long after each command: twelve periods of the command pulses.
 _WAIT_S = 0.240
 # Boards that hold the load tightly, so that lag is not mixed with sag.
-_STIFFNESS_NM_RAD = 500.0
+_STIFFNESS_NM_RAD = 5000.0
 
 # Beyond any speed that the filter asks for.
 _UNHURRIED_RAD_S = 100.0
@@ -75,7 +75,9 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
             spec.actuator(f"servo{number}").forcelimited = False
             if part > math.exp(-_WAIT_S / servo.loop_time_s):  # else the loop is as quick as it can be
                 bias = spec.actuator(f"servo{number}").biasprm  # 0, -stiffness, -damping
-                bias[2] = bias[1] * _WAIT_S / -math.log(part)  # damping: stiffness times time constant
+                steps = round(_WAIT_S / spec.option.timestep)
+                # Each step leaves 1 - timestep * stiffness / damping of the way, as a board that samples does.
+                bias[2] = bias[1] * spec.option.timestep / (1.0 - part ** (1.0 / steps))
 
     sluggish = replace(world, servo=servo, capture_after_s=_WAIT_S)
     return sluggish.with_mechanism(mechanism, relieved=tuple(f"joint{number}" for number in numbers))

@@ -44,7 +44,7 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 
 
 # The winding warms this much faster than the case.
-_WINDING_SHARE = 0.1
+_WINDING_SHARE = 0.02
 _STEPS_PER_TIME_CONSTANT = 200
 
 

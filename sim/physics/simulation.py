@@ -23,7 +23,7 @@ from models.world import Command, World
 Array = NDArray[np.float64]
 
 # Steps between two looks at the arm: 40 ms, two loop times.
-_CHUNK = 10
+_CHUNK = 20
 # At rest: what is left to go is this speed times the loop's 20 ms, so 2e-6 rad.
 _REST_RAD_S = 1e-4
 _TRIM_ROUNDS = 8
