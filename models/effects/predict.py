@@ -33,7 +33,7 @@ class Active:
     @property
     def label(self) -> str:
         """Its name and site for people."""
-        return f"{self.effect.name} ({self.site})"
+        return f"{self.effect.name} ({'camera' if self.effect.where == 'camera' else self.site})"
 
 
 @dataclass(frozen=True, eq=False)

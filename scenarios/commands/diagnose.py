@@ -11,21 +11,26 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from calib.diagnosis.diagnosis import diagnose
+from calib.diagnosis.experiment import propose
 from calib.markers.recording import measure_recording
 from models.atomic import write_json, write_text
 from models.effects.registry import register_file
 from models.errors import InputError
+from models.plan import write_plan
 from models.recording import Recording
 from models.recording_reader import read_recording
 from models.twin import write_twin
 from scenarios.diagnosis.checks import check_recording, notes_on
 from scenarios.diagnosis.files import written_together
 from scenarios.diagnosis.findings import twin_comment, twin_of
-from scenarios.diagnosis.next_experiment import next_experiment
 from scenarios.diagnosis.report import diagnosis_page
 from scenarios.diagnosis.resimulate import compare
+from scenarios.diagnosis.sections import Story
 from scenarios.diagnosis.summary import print_summary
 from scenarios.diagnosis.table import diagnosis_table
+
+# The poses of the proposed experiment, as a plan that a bench can run.
+NEXT_PLAN = "next_experiment.csv"
 
 
 def diagnose_command(
@@ -45,7 +50,8 @@ def diagnose_command(
     """Name what the twin of a recording gets wrong, extend it, and measure the gain on held-out poses.
 
     Writes diagnosis.json (verdict, causes with intervals, gain), report.html (one file that opens offline) and
-    twin.toml (the extended twin, from which the simulated bench is rebuilt).
+    twin.toml (the extended twin, from which the simulated bench is rebuilt); where causes tie also
+    next_experiment.csv, the poses that tell them apart.
 
     Example: armtwin diagnose recordings/circles --out diagnosed
     """
@@ -66,14 +72,17 @@ def diagnose_command(
         twin = twin_of(found)
         tell("re-simulating the recording with the extended twin")
         again = compare(found, twin, data)
-        experiment = next_experiment(found)
-        notes = notes_on(data)
+        tell("designing the next experiment")
+        experiment = propose(found)
+        story = Story(found, again, experiment, notes_on(data))
         tell("writing the report")
         with written_together(out) as aside:
             write_json(aside / "diagnosis.json", diagnosis_table(found, experiment))
-            write_text(aside / "report.html", diagnosis_page(recording.name, found, again, experiment, notes))
+            write_text(aside / "report.html", diagnosis_page(recording.resolve().name, story))
             write_twin(aside / "twin.toml", twin, twin_comment(found))
-    print_summary(Console(), found, again, experiment, notes)
+            if experiment is not None:
+                write_plan(aside / NEXT_PLAN, experiment.plan)
+    print_summary(Console(), story)
     typer.echo(f"Report written to {out / 'report.html'}, diagnosis.json and twin.toml beside it")
 
 

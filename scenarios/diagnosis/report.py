@@ -2,17 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from calib.diagnosis.diagnosis import Diagnosis
-from scenarios.diagnosis.next_experiment import NextExperiment
-from scenarios.diagnosis.resimulate import Resimulation
-from scenarios.diagnosis.words import headline
+from scenarios.diagnosis.sections import Story, diagnosis_sections
+from scenarios.diagnosis.words import headline, site_words
 from scenarios.report.page import page
+from scenarios.report.section import number
 
 
-def diagnosis_page(
-    name: str, diagnosis: Diagnosis, again: Resimulation, experiment: NextExperiment | None, notes: Sequence[str]
-) -> str:
+def diagnosis_page(name: str, story: Story) -> str:
     """Return the report's HTML."""
-    return page(f"Diagnosis of {name}", headline(diagnosis), [(diagnosis.verdict, "verdict")], [])
+    diagnosis = story.diagnosis
+    held = diagnosis.held_out
+    answers = [
+        _verdict(diagnosis),
+        (number(held.before_rms_mm, 3, "mm"), "held-out error, calibrated geometry"),
+        (number(held.after_rms_mm, 3, "mm"), "held-out error, extended twin"),
+        (number(held.noise_floor_mm, 3, "mm"), "noise floor"),
+    ]
+    about = f"{headline(diagnosis)}\n{_recording(story)}"
+    return page(f"Diagnosis of {name}", about, answers, diagnosis_sections(story), key=("before", "after"))
+
+
+def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
+    if diagnosis.verdict == "none":
+        return "nothing", "is wrong beyond the noise"
+    if diagnosis.verdict == "unknown":
+        return "unknown", "no known effect explains it"
+    names = [f"{cause.active.effect.name}, {site_words(cause)}" for cause in diagnosis.causes]
+    return " and ".join(names), "the cause" if diagnosis.verdict == "named" else "or another: ambiguous"
+
+
+def _recording(story: Story) -> str:
+    context = story.diagnosis.problem.context
+    seen = f"markers {', '.join(name.upper() for name in context.markers)}" if context.markers else "joint angles"
+    clock = "with times" if context.time_s is not None else "without times"
+    pull = "gravity in its plane" if context.has_gravity else "no gravity in its plane"
+    return f"{len(context)} poses of '{context.arm.name}', {context.arm.n_joints} joints, {seen}, {clock}, {pull}."

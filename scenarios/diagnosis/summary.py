@@ -2,56 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from calib.diagnosis.diagnosis import Diagnosis
-from scenarios.diagnosis.next_experiment import NextExperiment
-from scenarios.diagnosis.resimulate import Resimulation
-from scenarios.diagnosis.words import gain, headline, parameter_rows, site_words, what_next
+from scenarios.diagnosis.sections import Story
+from scenarios.diagnosis.words import gain, headline, missed, parameter_rows, site_words, what_next
 
 
-def print_summary(
-    console: Console,
-    diagnosis: Diagnosis,
-    again: Resimulation,
-    experiment: NextExperiment | None,
-    notes: Sequence[str],
-) -> None:
+def print_summary(console: Console, story: Story) -> None:
     """Print the whole of it on a screen."""
+    diagnosis = story.diagnosis
     console.print(Text(f"{diagnosis.verdict.upper()}  {headline(diagnosis)}", style="bold"))
-    causes = diagnosis.causes or diagnosis.suspects
-    if causes:
-        table = Table(title=None if diagnosis.causes else "Nearest, not proven")
-        for heading in ("effect", "at", "explains", "parameter", "value", "95 % interval"):
-            table.add_column(heading, justify="right" if heading in ("explains", "value", "95 % interval") else "left")
-        for cause in causes:
-            rows = parameter_rows(cause, diagnosis) or [("", "", "")]
-            for number, row in enumerate(rows):
-                first = number == 0
-                table.add_row(
-                    cause.active.effect.name if first else "",
-                    site_words(cause) if first else "",
-                    f"{cause.explained_percent:.1f} %" if first else "",
-                    *row,
-                )
-            for other in cause.equivalents:
-                table.add_row(Text(f"or {other.effect.name}"), str(other.site), "", "", "", "")
+    if diagnosis.suspects:
+        console.print(Text("Nearest, and not proven:"))
+    for cause in diagnosis.causes or diagnosis.suspects:
+        where, share = site_words(cause), f"{cause.explained_percent:.1f} %"
+        console.print(Text(f"{cause.active.effect.name}, {where}: explains {share}", style="cyan"))
+        table = Table.grid(padding=(0, 2))
+        for name, value, interval in parameter_rows(cause, diagnosis):
+            table.add_row(f"  {name}", value, "" if interval == "–" else f"95 %: {interval}")
+        for other in cause.equivalents:
+            table.add_row(f"  or {other.label}", "as well")
         console.print(table)
     for line in (
         gain(diagnosis),
-        _again(again),
-        what_next(diagnosis, experiment),
-        *(f"Note: {note}" for note in notes),
+        missed(story.resimulation),
+        what_next(diagnosis, story.experiment),
+        *(f"Note: {note}" for note in story.notes),
     ):
         console.print(Text(line))
-
-
-def _again(again: Resimulation) -> str:
-    return (
-        f"Re-simulated in MuJoCo, the extended twin misses the recording by {again.rms_mm:.3g} mm "
-        f"({again.held_out_rms_mm:.3g} mm on the held-out poses)."
-    )

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from calib.diagnosis.diagnosis import Diagnosis, NamedCause
+from calib.diagnosis.experiment import Experiment
 from scenarios.diagnosis.findings import estimates_of
-from scenarios.diagnosis.next_experiment import NextExperiment
 
 SCHEMA = "armtwin.diagnosis/1"
 
 
-def diagnosis_table(diagnosis: Diagnosis, experiment: NextExperiment | None) -> dict[str, Any]:
+def diagnosis_table(diagnosis: Diagnosis, experiment: Experiment | None) -> dict[str, Any]:
     """Return the content of `diagnosis.json`."""
     geometry, held_out = diagnosis.geometry, diagnosis.held_out
     estimates = zip(geometry.names, geometry.values, geometry.std, strict=True)

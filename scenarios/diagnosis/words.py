@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from calib.diagnosis.diagnosis import Diagnosis, NamedCause
+from calib.diagnosis.experiment import Experiment
 from models.effects.registry import effect_named
 from scenarios.diagnosis.findings import Estimate, estimates_of
-from scenarios.diagnosis.next_experiment import NextExperiment
+from scenarios.diagnosis.resimulate import Resimulation
 
 # Half width of a 95 % interval in standard deviations.
 _Z95 = 1.96
@@ -21,7 +22,7 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "none":
         return "Nothing is wrong beyond the noise: the calibrated geometry explains the recording."
     if diagnosis.verdict == "named":
-        return f"The cause is {named}."
+        return f"The cause{'s are' if len(diagnosis.causes) > 1 else ' is'} {named}."
     if diagnosis.verdict == "ambiguous":
         tied = [cause for cause in diagnosis.causes if cause.equivalents]
         ties = "; ".join(" or ".join([c.active.label, *(o.label for o in c.equivalents)]) for c in tied)
@@ -45,10 +46,19 @@ def gain(diagnosis: Diagnosis) -> str:
     return f"{text}. That is {held.gain_percent:.1f} % less (95 % interval {low:.1f} to {high:.1f} %)."
 
 
-def what_next(diagnosis: Diagnosis, experiment: NextExperiment | None) -> str:
+def missed(again: Resimulation) -> str:
+    """Return how far the re-simulated twin is from the recording, in one sentence."""
+    return (
+        f"Re-simulated in MuJoCo, the extended twin misses the recording by {again.rms_mm:.3g} mm RMS "
+        f"({again.held_out_rms_mm:.3g} mm on the held-out poses)."
+    )
+
+
+def what_next(diagnosis: Diagnosis, experiment: Experiment | None) -> str:
     """Return what to do now."""
     if experiment is not None:
-        return f"Run '{experiment.trajectory}' next: {experiment.why}."
+        by_hand = "".join(f" {step[0].upper()}{step[1:]}." for step in experiment.instructions)
+        return f"Run '{experiment.trajectory}' next ({len(experiment.plan)} poses): {experiment.why}.{by_hand}"
     if diagnosis.verdict == "none":
         return "Use the calibrated arm as it is."
     if diagnosis.verdict == "unknown":

@@ -1,0 +1,201 @@
+"""The figures of a diagnosis. Before is the calibrated geometry alone, after the extended twin, each in its colour."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+from plotly.subplots import make_subplots
+
+from calib.diagnosis.diagnosis import Diagnosis
+from scenarios.diagnosis.ranking import Ranked
+from scenarios.diagnosis.remainder import Remainder
+from scenarios.diagnosis.structure import DIRECTIONS, Look, groups_of
+from scenarios.report.style import COLOURS, figure
+
+Array = NDArray[np.float64]
+
+BEFORE, AFTER = COLOURS["before"], COLOURS["after"]
+# The longest arrows, but for a few, are drawn this long.
+_ARROW_MM = 14.0
+_MOST_ARROWS = 260
+# Head of an arrow: its strokes' length against the shaft's, and their angle to it.
+_HEAD, _HEAD_RAD = 0.28, 0.45
+_SPREAD = 0.16
+_TAG = {"before": "calibrated geometry", "after": "extended twin"}
+
+
+def arrows(before: Remainder, after: Remainder) -> tuple[go.Figure, float]:
+    """Return the residuals of every marker as arrows in the robot's plane, and the factor that enlarges both."""
+    assert before.points_mm is not None
+    assert after.points_mm is not None
+    sizes = np.linalg.norm(before.miss_mm, axis=-1)
+    sizes = sizes[np.isfinite(sizes)]
+    factor = _round_down(_ARROW_MM / max(float(np.percentile(sizes, 97)), 1e-6)) if len(sizes) else 1.0
+    fig = make_subplots(1, 2, shared_yaxes=True, horizontal_spacing=0.03, subplot_titles=list(_TAG.values()))
+    panels = ((before.points_mm, before.miss_mm, BEFORE), (after.points_mm, after.miss_mm, AFTER))
+    rows = np.unique(np.linspace(0, len(before.miss_mm) - 1, _MOST_ARROWS).round().astype(int))
+    for column, (points, misses, colour) in enumerate(panels, start=1):
+        at, miss = points[rows].reshape(-1, 2), misses[rows].reshape(-1, 2)
+        x, y = _strokes(at[:, 0] + 1j * at[:, 1], factor * (miss[:, 0] + 1j * miss[:, 1]))
+        fig.add_scatter(
+            x=x, y=y, mode="lines", line={"color": colour, "width": 1.2}, hoverinfo="skip", row=1, col=column
+        )
+        fig.update_xaxes(title="x, mm", range=_range(before.points_mm[..., 0]), constrain="domain", row=1, col=column)
+        fig.update_yaxes(range=_range(before.points_mm[..., 1]), scaleanchor=f"x{column}", row=1, col=column)
+    fig.update_yaxes(title="y, mm", row=1, col=1)
+    fig.update_layout(
+        template="plotly_white", height=520, showlegend=False, margin={"l": 60, "r": 10, "t": 40, "b": 50}
+    )
+    return fig, factor
+
+
+def look_at(look: Look) -> go.Figure:
+    """Return one telling plot, before and after."""
+    fig = figure(look.ordinate.title, look.component.title, height=420)
+    for trace in _look_traces(look, with_legend=True):
+        fig.add_trace(trace)
+    _directions(fig, look)
+    return fig
+
+
+def look_at_all(looks: Sequence[Look]) -> go.Figure:
+    """Return the other plots as small ones, side by side."""
+    rows = (len(looks) + 1) // 2
+    titles = [
+        f"{look.ordinate.against}: {_percent(look.share_before)} → {_percent(look.share_after)}" for look in looks
+    ]
+    fig = make_subplots(rows, 2, subplot_titles=titles, vertical_spacing=0.32 / rows, horizontal_spacing=0.11)
+    for number, look in enumerate(looks):
+        row, column = number // 2 + 1, number % 2 + 1
+        for trace in _look_traces(look, with_legend=False):
+            fig.add_trace(trace, row=row, col=column)
+        fig.update_xaxes(title=look.ordinate.title, title_font_size=12, row=row, col=column)
+        fig.update_yaxes(title=look.component.title, title_font_size=12, row=row, col=column)
+        _directions(fig, look, row=row, col=column)
+    fig.update_layout(
+        template="plotly_white", height=330 * rows, showlegend=False, margin={"l": 60, "r": 10, "t": 40, "b": 50}
+    )
+    return fig
+
+
+def candidates(ranked: Sequence[Ranked]) -> go.Figure:
+    """Return how much of what was to be explained each effect alone explains, fitted jointly with the geometry."""
+    colours = {"named": AFTER, "tied": COLOURS["extended"], "": "#c4c4c4"}
+    fig = figure("explained by this effect alone, %", "", height=120 + 26 * len(ranked))
+    shown = list(reversed(ranked))
+    fig.add_bar(
+        x=[100.0 * one.explained_share for one in shown],
+        y=[one.label for one in shown],
+        orientation="h",
+        marker_color=[colours[one.standing] for one in shown],
+        text=[f"{100.0 * one.explained_share:.1f}{f'  {one.standing}' if one.standing else ''}" for one in shown],
+        textposition="outside",
+        cliponaxis=False,
+    )
+    fig.update_xaxes(range=[0, 118])
+    fig.update_layout(margin={"l": 210}, showlegend=False)
+    return fig
+
+
+def held_out_bars(diagnosis: Diagnosis, resimulated_mm: float) -> go.Figure:
+    """Return the error on held-out poses of each twin, against the noise floor."""
+    held = diagnosis.held_out
+    bars = [
+        ("the drawing", held.nominal_rms_mm, COLOURS["commanded"]),
+        ("calibrated geometry", held.before_rms_mm, BEFORE),
+        ("extended twin", held.after_rms_mm, AFTER),
+        ("extended twin in MuJoCo", resimulated_mm, AFTER),
+    ]
+    bars = [bar for bar in bars if np.isfinite(bar[1]) and bar[1] > 0]
+    fig = figure("RMS error on held-out poses, mm (logarithmic)", "", height=270)
+    for name, value, colour in reversed(bars):
+        fig.add_bar(
+            x=[value], y=[name], orientation="h", marker_color=colour, text=f"  {value:.3g} mm", textposition="outside"
+        )
+    floor = held.noise_floor_mm
+    fig.add_vline(x=floor, line_dash="dash", line_color=COLOURS["truth"])
+    # On a logarithmic axis annotations stand at the logarithm.
+    fig.add_annotation(x=np.log10(floor), y=1.0, yref="paper", yanchor="bottom", showarrow=False, text="noise floor")
+    least = min([floor, *(value for _, value, _ in bars)])
+    most = max([floor, *(value for _, value, _ in bars)])
+    fig.update_xaxes(type="log", range=[np.log10(least) - 0.4, np.log10(most) + 0.5], dtick=1)
+    fig.update_layout(showlegend=False, margin={"l": 180})
+    return fig
+
+
+def held_out_poses(diagnosis: Diagnosis, before: Remainder, after: Remainder) -> go.Figure:
+    """Return the RMS miss of each held-out pose, before and after."""
+    rows = np.flatnonzero(diagnosis.held_rows)
+    fig = figure("held-out pose, in the order they happened", "RMS miss of the pose, mm", height=330)
+    for name, remainder, colour in (("before", before, BEFORE), ("after", after, AFTER)):
+        fig.add_scatter(
+            x=rows, y=remainder.size_mm[rows], mode="markers", marker={"color": colour, "size": 6}, name=_TAG[name]
+        )
+    fig.add_hline(
+        y=diagnosis.held_out.noise_floor_mm, line_dash="dash", line_color=COLOURS["truth"], annotation_text="noise"
+    )
+    fig.update_yaxes(rangemode="tozero")
+    return fig
+
+
+def _look_traces(look: Look, with_legend: bool) -> list[go.Scatter]:
+    traces = []
+    rng = np.random.default_rng(0)
+    for name, values, colour in (("before", look.component.before, BEFORE), ("after", look.component.after, AFTER)):
+        x = look.ordinate.values
+        if look.ordinate.is_direction:  # spread out, so that points do not hide one another
+            x = x + rng.uniform(-_SPREAD, _SPREAD, len(x))
+        dots = {"color": colour, "size": 4 if with_legend else 3, "opacity": 0.45}
+        traces.append(go.Scatter(x=x, y=values, mode="markers", marker=dots, showlegend=False, hoverinfo="x+y"))
+        groups = groups_of(look.ordinate, np.isfinite(values))
+        traces.append(
+            go.Scatter(
+                x=[float(np.mean(look.ordinate.values[group])) for group in groups],
+                y=[float(np.mean(values[group])) for group in groups],
+                mode="lines+markers",
+                line={"color": colour, "width": 3},
+                marker={"size": 7, "line": {"color": "#fff", "width": 1}},
+                name=_TAG[name],
+                showlegend=with_legend,
+            )
+        )
+    return traces
+
+
+def _directions(fig: go.Figure, look: Look, **at: int) -> None:
+    if look.ordinate.is_direction:
+        fig.update_xaxes(tickvals=list(DIRECTIONS), ticktext=list(DIRECTIONS.values()), range=[-1.6, 1.6], **at)
+
+
+def _strokes(
+    at: NDArray[np.complex128], arrow: NDArray[np.complex128]
+) -> tuple[list[float | None], list[float | None]]:
+    """Return shaft and both strokes of the head of each arrow as one broken line."""
+    x: list[float | None] = []
+    y: list[float | None] = []
+    for root, shaft in zip(at[np.isfinite(arrow)].tolist(), arrow[np.isfinite(arrow)].tolist(), strict=True):
+        end = root + shaft
+        left, right = (end - _HEAD * shaft * np.exp(1j * side * _HEAD_RAD) for side in (1, -1))
+        for point in (root, end, left, end, right):
+            x.append(float(np.real(point)))
+            y.append(float(np.imag(point)))
+        x.append(None)
+        y.append(None)
+    return x, y
+
+
+def _range(values: Array) -> list[float]:
+    return [float(np.nanmin(values)) - 1.2 * _ARROW_MM, float(np.nanmax(values)) + 1.2 * _ARROW_MM]
+
+
+def _round_down(factor: float) -> float:
+    """Return the largest of 1, 2, 5 times a power of ten that is not above `factor`."""
+    power = 10.0 ** np.floor(np.log10(factor))
+    return float(max(step for step in (power, 2 * power, 5 * power) if step <= factor * (1 + 1e-9)))
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %"
