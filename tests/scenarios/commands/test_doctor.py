@@ -1,0 +1,95 @@
+"""Each remedy, against real ports, streams and disks; what is looked for does not exist on purpose."""
+
+import os
+import pty
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from hardware.doctor import check_board, check_disk, run_checks
+from hardware.emulator import FirmwareEmulator, missing_packages
+from models.errors import JobError
+from scenarios.commands.doctor import describe_renderer, doctor_command
+from tests.support.bench import bench_table, write_bench
+
+__all__ = ["bench_table", "write_bench"]
+
+
+def test_renderer_says_how_long_a_frame_takes():
+    assert describe_renderer().startswith("draws 1280x720 in ")
+
+
+def test_without_a_bench_nothing_is_opened_and_every_line_has_a_name(tmp_path: Path):
+    checks = run_checks(None, tmp_path, lambda: "draws")
+
+    assert [check.name for check in checks] == [
+        "renderer",
+        "permissions",
+        "serial port",
+        "firmware",
+        "camera",
+        "disk",
+    ]
+    assert all("\n" not in check.text and check.text for check in checks)
+
+
+def test_a_renderer_that_fails_is_a_line_and_not_the_end(tmp_path: Path):
+    def broken() -> str:
+        raise JobError("no off-screen OpenGL; install libegl1")
+
+    checks = {check.name: check for check in run_checks(None, tmp_path, broken)}
+
+    assert checks["renderer"].good is False
+    assert "libegl1" in checks["renderer"].text
+    assert checks["disk"].good
+
+
+def test_missing_port_and_camera_are_named_with_remedies(
+    bench_table: dict[str, Any],
+    write_bench: Callable[[dict[str, Any]], Path],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+):
+    bench_table["serial"]["port"] = str(tmp_path / "no-port")
+    bench_table["camera"]["source"] = "/dev/video97"
+
+    with pytest.raises(JobError, match="2 of 6 checks failed"):
+        doctor_command(str(write_bench(bench_table)), tmp_path)
+
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == 6
+    assert any(line.startswith("FAIL  serial port") and "Check the cable" in line for line in lines)
+    assert any(line.startswith("FAIL  camera") and "/dev/video97" in line for line in lines)
+
+
+@pytest.fixture
+def silent_port() -> Iterator[str]:
+    ours, theirs = pty.openpty()
+    yield os.ttyname(theirs)
+    os.close(ours)
+    os.close(theirs)
+
+
+def test_a_port_that_nobody_answers_on_asks_for_the_firmware(silent_port: str):
+    port, firmware = check_board(silent_port)
+
+    assert port.good is False
+    assert "upload hardware/firmware/armtwin_firmware" in port.text
+    assert firmware.good is None
+
+
+@pytest.mark.avr
+@pytest.mark.skipif(bool(missing_packages()), reason=missing_packages() or "present")
+def test_the_real_firmware_names_its_version():
+    with FirmwareEmulator(speed=4.0) as board:
+        port, firmware = check_board(board.port)
+
+    assert port.good
+    assert firmware.good
+    assert firmware.text.startswith("version 1.")
+
+
+def test_disk_names_its_free_space(tmp_path: Path):
+    assert "GB free" in check_disk(tmp_path).text

@@ -1,0 +1,23 @@
+from pathlib import Path
+
+import pytest
+
+from models.errors import InputError
+from scenarios.commands.targets import targets_command
+
+
+def test_writes_a_pdf(tmp_path: Path):
+    targets_command(tmp_path / "new" / "targets.pdf", "Letter")
+
+    assert (tmp_path / "new" / "targets.pdf").read_bytes().startswith(b"%PDF-")
+
+
+def test_a_folder_is_no_pdf(tmp_path: Path):
+    with pytest.raises(InputError, match="is a folder"):
+        targets_command(tmp_path, "a4")
+
+
+def test_unknown_paper_writes_nothing(tmp_path: Path):
+    with pytest.raises(InputError, match="valid names are a4, letter"):
+        targets_command(tmp_path / "targets.pdf", "a5")
+    assert not (tmp_path / "targets.pdf").exists()
