@@ -40,7 +40,7 @@ def capture_command(
 
     Limits and steps of the whole plan are checked before anything moves, the arm sets out slowly from where it stands,
     each pose is on disk before the next, and the servos are detached at the end, on Ctrl-C and on every error. The same
-    command goes on where a capture broke off. Then: armtwin measure RECORDING.
+    command goes on where a capture broke off. Then: armtwin measure.
 
     Example: armtwin capture --bench bench.toml --plan paper --out recordings/first
     """
@@ -70,7 +70,7 @@ def capture(
         recording.finish(held_out)
     finally:
         recording.close()
-    typer.echo(f"{len(plan)} poses in {out}; next: armtwin measure {out}")
+    typer.echo(f"{len(plan)} poses in {out}; next: armtwin measure {out} --out {out}")
 
 
 def _run(setup: BenchSetup, recording: CaptureFolder, change_payload: ChangePayload) -> None:

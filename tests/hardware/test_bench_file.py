@@ -1,3 +1,4 @@
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -109,3 +110,22 @@ def test_what_is_no_bench_file_is_refused_in_one_line(tmp_path: Path, content: b
 
 def test_missing_bench_file_is_named(tmp_path: Path):
     assert "none.toml" in refusal(tmp_path / "none.toml")
+
+
+GUIDE = Path(__file__).parents[2] / "hardware" / "guide"
+
+
+def test_the_guides_bench_file_is_a_good_one(tmp_path: Path):
+    write_camera(tmp_path / "camera.yaml", nominal_camera())
+    (tmp_path / "bench.toml").write_bytes((GUIDE / "bench.toml").read_bytes())
+
+    assert read_bench(tmp_path / "bench.toml").camera_settings.focus == 30
+
+
+def test_every_picture_of_the_guide_is_there():
+    text = (GUIDE.parent / "bench-guide.md").read_text("utf-8")
+    pictures = re.findall(r"!\[.*?\]\((.*?)\)", text)
+
+    assert len(pictures) >= 4
+    for picture in pictures:
+        assert (GUIDE.parent / picture).is_file(), picture
