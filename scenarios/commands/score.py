@@ -44,7 +44,7 @@ def score_command(
 def _print(console: Console, result: Score, table: dict[str, Any]) -> None:
     _print_confusion(console, table["confusion"])
     _print_failures(console, result)
-    _print_coverage(console, table)
+    _print_coverage(console, result, table)
     _print_rates(console, table)
 
 
@@ -96,10 +96,15 @@ def _values(parameters: dict[str, Any]) -> str:
     return " ".join(f"{k}={v['value']:.4g}±{v['std']:.2g}" for k, v in parameters.items() if v["std"] is not None)
 
 
-def _print_coverage(console: Console, table: dict[str, Any]) -> None:
-    low = {name: (k, n) for name, (k, n) in table["coverage_by_parameter"].items() if k < n}
-    console.print("Intervals that missed (inside / all)", style="bold")
-    console.print("  " + (", ".join(f"{name} {k}/{n}" for name, (k, n) in low.items()) or "none"), markup=False)
+def _print_coverage(console: Console, result: Score, table: dict[str, Any]) -> None:
+    console.print(
+        "Intervals that missed: inside / all, and by how many standard deviations in which world", style="bold"
+    )
+    for name, (inside, of) in table["coverage_by_parameter"].items():
+        outside = {w: j.misses[name] for w, j in result.judgements.items() if not j.covered.get(name, True)}
+        if outside:
+            where = ", ".join(f"{world} {miss:+.1f}" for world, miss in outside.items())
+            console.print(f"  {name} {inside}/{of}: {where}", markup=False)
     inside, of = table["geometry_coverage"]
     console.print(f"  geometry of rightly answered worlds: {inside}/{of}")
 

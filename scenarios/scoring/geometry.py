@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from models.arm import Arm
-
-_INTERVAL = 1.96
+from scenarios.scoring.judge import INTERVAL
 
 
 def true_geometry(arm: Arm, truth: Mapping[str, Any]) -> dict[str, float]:
@@ -30,7 +29,7 @@ def geometry_covered(arm: Arm, truth: Mapping[str, Any], geometry: Mapping[str, 
     """By parameter, whether value ± 1.96 std holds the truth."""
     true = true_geometry(arm, truth)
     return {
-        name: abs(interval["value"] - true[name]) <= _INTERVAL * interval["std"]
+        name: abs(interval["value"] - true[name]) <= INTERVAL * interval["std"]
         for name, interval in geometry.items()
         if name in true
     }

@@ -12,7 +12,7 @@ Table = Mapping[str, Any]
 
 # A tie names no cause any more where it holds more than this.
 MOST_TIED = 3
-_INTERVAL = 1.96  # standard deviations to either side: 95 % of a Gaussian
+INTERVAL = 1.96  # standard deviations to either side: 95 % of a Gaussian
 # What the geometry takes up altogether is no cause: its name has to stand in the gauge.
 _GAUGE = ("plane_offset",)
 
@@ -30,7 +30,7 @@ class Judgement:
         wrong: a cause was named that is not there (no tie of it holds a hidden one).
         alarmed: something was said of a world that hides nothing.
         tied: size of the largest tie.
-        covered: by parameter, whether its 95 % interval holds the truth.
+        misses: by `effect.parameter`, how far its value is from the truth, in its standard deviations.
         held_out_ratio: held-out error over the true noise, with medians in place of RMS second; None if not named.
         seconds: of the diagnosis.
 
@@ -47,9 +47,14 @@ class Judgement:
     wrong: bool
     alarmed: bool
     tied: int
-    covered: Mapping[str, bool]
+    misses: Mapping[str, float]
     held_out_ratio: tuple[float, float] | None
     seconds: float
+
+    @property
+    def covered(self) -> dict[str, bool]:
+        """By `effect.parameter`, whether value ± 1.96 std holds the truth."""
+        return {name: abs(miss) <= INTERVAL for name, miss in self.misses.items()}
 
 
 def judge(truth: Table, outcome: Table) -> Judgement:
@@ -86,7 +91,7 @@ def judge(truth: Table, outcome: Table) -> Judgement:
         wrong=wrong,
         alarmed=truth["kind"] == "null" and verdict != "none",
         tied=max((len(group) for group in groups), default=0),
-        covered=_covered(expected, causes),
+        misses=_misses(expected, causes),
         held_out_ratio=_held_out_ratio(truth, outcome) if right and causes else None,
         seconds=outcome["seconds"],
     )
@@ -116,9 +121,9 @@ def _same_site(effect: Table, member: Table) -> bool:
     return bool(effect["joint"] == member["joint"] and effect["marker"] == member["marker"])
 
 
-def _covered(expected: Sequence[Table], causes: Sequence[Table]) -> dict[str, bool]:
-    """By `effect.parameter`: whether value ± 1.96 std holds the truth, for causes named outright at the right place."""
-    covered = {}
+def _misses(expected: Sequence[Table], causes: Sequence[Table]) -> dict[str, float]:
+    """Misses of the causes that were named outright at the right place."""
+    misses = {}
     for effect in expected:
         for cause in causes:
             if cause["effect"] != effect["effect"] or not _same_site(effect, cause):
@@ -132,8 +137,8 @@ def _covered(expected: Sequence[Table], causes: Sequence[Table]) -> dict[str, bo
                 miss = interval["value"] - true.get(name, interval.get("off"))
                 if name == "phase_rad":
                     miss = float(np.angle(np.exp(1j * miss)))
-                covered[f"{effect['effect']}.{name}"] = abs(miss) <= _INTERVAL * interval["std"]
-    return covered
+                misses[f"{effect['effect']}.{name}"] = miss / max(interval["std"], 1e-12)
+    return misses
 
 
 def _held_out_ratio(truth: Table, outcome: Table) -> tuple[float, float] | None:
