@@ -44,8 +44,8 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 
 
 # The winding warms this much faster than the case.
-_WINDING_SHARE = 0.02
-_STEPS_PER_TIME_CONSTANT = 200
+_WINDING_SHARE = 0.01
+_STEPS_PER_TIME_CONSTANT = 400
 
 
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
