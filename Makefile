@@ -32,7 +32,7 @@ demo: setup
 	$(BIN)/armtwin run paper --out out/paper
 
 test: setup $(AVR) check
-	$(THREADS) $(BIN)/pytest -n 2
+	$(THREADS) $(BIN)/pytest -n 2 --dist loadgroup
 
 check: setup
 	$(BIN)/ruff check .

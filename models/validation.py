@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, TypeVar, get_args
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
@@ -126,18 +126,19 @@ def _walk(model: type[BaseModel], location: tuple[int | str, ...]) -> tuple[list
     """
     keys: list[str] = []
     tables: list[type[BaseModel]] = [model]
+    named = False  # the next part is a name of a dictionary or a row of a list
     for number, part in enumerate(location):
         last = number == len(location) - 1
         fields = {name: field for t in tables for n, field in t.model_fields.items() for name in (n, field.alias)}
-        # A tag is a word; a number counts the rows of a list.
-        tagged = [
-            t
-            for t in tables
-            if isinstance(part, str) and any(part in get_args(f.annotation) for f in t.model_fields.values())
-        ]
-        if part in fields:
+        tagged = [t for t in tables if any(part in get_args(f.annotation) for f in t.model_fields.values())]
+        if named:
             keys.append(str(part))
-            tables = tables if last else _tables_in(fields[part].annotation)
+            named = False
+        elif part in fields:
+            keys.append(str(part))
+            annotation = fields[part].annotation
+            named = get_origin(annotation) in (dict, list, tuple)
+            tables = tables if last else _tables_in(annotation)
         elif tagged and not last:
             tables = tagged
         else:

@@ -18,9 +18,7 @@ _COLOURS = {"paper": COLOURS["paper method"], "subpixel": COLOURS["armtwin"]}
 def gauge_section(run: RunData) -> Section:
     """Show bias, mean square error and U of every gauge for the paper and for both detectors."""
     rows = run.results["tables"]["3"]
-    worst = {
-        name: max(max(abs(r["bias_mm"]), r["uncertainty_mm"]) for r in rows if r["detector"] == name) for name in _NAMES
-    }
+    worst = {name: worst_of([row for row in rows if row["detector"] == name]) for name in _NAMES}
     lengths = [r["length_mm"] for r in rows if r["detector"] == "subpixel"]
     pictures = [
         (f"{length:g} mm", read_frame(run.out / "gauges", number)[::2, ::2]) for number, length in enumerate(lengths)
@@ -51,6 +49,12 @@ def gauge_section(run: RunData) -> Section:
             ),
         ),
     )
+
+
+def worst_of(rows: list[dict[str, Any]]) -> float:
+    """Return the largest bias or spread of gauges, mm; NaN where none was measured."""
+    values = [max(abs(row["bias_mm"]), row["uncertainty_mm"]) for row in rows if row["bias_mm"] is not None]
+    return max(values, default=float("nan"))
 
 
 def _by_length(row: dict[str, Any]) -> tuple[float, str]:
@@ -86,7 +90,9 @@ def _biases(rows: list[dict[str, Any]]) -> go.Figure:
     fig = figure("length of the gauge, mm", "bias ± U, mm")
     printed = [r["paper"] for r in rows if r["detector"] == "paper" and r["paper"] is not None]
     series = [("the paper (Table 3)", COLOURS["paper"], printed)]
-    series += [(_NAMES[d], _COLOURS[d], [r for r in rows if r["detector"] == d]) for d in _NAMES]
+    series += [
+        (_NAMES[d], _COLOURS[d], [r for r in rows if r["detector"] == d and r["bias_mm"] is not None]) for d in _NAMES
+    ]
     for shift, (name, colour, values) in enumerate(series):
         fig.add_scatter(
             x=[r["length_mm"] + 0.35 * (shift - 1) for r in values],

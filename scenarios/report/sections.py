@@ -9,7 +9,7 @@ from scenarios.report.calibration_section import calibration_section
 from scenarios.report.camera_section import camera_section
 from scenarios.report.data import RunData
 from scenarios.report.findings_section import injected_section, paper_section
-from scenarios.report.gauge_section import gauge_section
+from scenarios.report.gauge_section import gauge_section, worst_of
 from scenarios.report.page import page
 from scenarios.report.section import Section, number
 from scenarios.report.trajectory_section import trajectory_section
@@ -38,7 +38,7 @@ def _answers(run: RunData) -> list[tuple[str, str]]:
     validation = run.results["validation"]
     before, after = validation["mean_before_mm"], validation["mean_after_mm"]
     spread = [r for r in run.results["tables"]["3"] if r["detector"] == "subpixel"]
-    camera = max(max(abs(r["bias_mm"]), r["uncertainty_mm"]) for r in spread)
+    camera = worst_of(spread)
     found = run.results["tables"]["4"]["least-squares"][-1]["identifiable"]
     return [
         (

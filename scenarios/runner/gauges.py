@@ -52,11 +52,7 @@ def evaluate_gauges(job: Job, tick: Tick) -> dict[str, Any]:
             found = measure_gauges(counted, length, radius, camera, scenario.bench.arm_plane_z_mm, METHODS)
             for method, values in found.items():
                 measured[method][length] = values
-    rows = [
-        {"detector": method, **asdict(row), "paper": _paper_row(row.length_mm)}
-        for method in METHODS
-        for row in evaluate(measured[method])
-    ]
+    rows = [_row(method, length, measured[method][length]) for method in METHODS for length in lengths]
     return {"rows": rows, "measured_mm": measured}
 
 
@@ -85,6 +81,16 @@ def _counted(images: Iterator[Image], count: Callable[[int], None]) -> Iterator[
     for number, image in enumerate(images, start=1):
         yield image
         count(number)
+
+
+def _row(method: Method, length: float, measured_mm: Array) -> dict[str, Any]:
+    """Return a row of Table 3; a detector that finds a gauge less than twice has no average and no U."""
+    found = int(np.isfinite(measured_mm).sum())
+    row: dict[str, Any] = {"detector": method, "length_mm": length, "n": found, "missed": len(measured_mm) - found}
+    row |= dict.fromkeys(("average_mm", "bias_mm", "mean_square_error_mm2", "uncertainty_mm"))
+    if found >= 2:
+        row |= asdict(evaluate({length: measured_mm})[0])
+    return row | {"paper": _paper_row(length)}
 
 
 def _paper_row(length_mm: float) -> dict[str, Any] | None:

@@ -1,0 +1,127 @@
+"""Scenario files: what is accepted, and what is said of what is not."""
+
+import copy
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from models.errors import InputError
+from scenarios.runner.world import build_world
+from scenarios.scenario import builtin_scenarios, check_scenario, read_scenario
+
+SCENARIO = """
+schema = "armtwin.scenario/1"
+title = "a test"
+
+[trajectories.circle]
+kind = "circle"
+radius_mm = 15
+
+[trajectories.line]
+kind = "line"
+start_mm = [-145, 25]
+end_mm = [-115, 45]
+
+[[effects]]
+name = "backlash"
+joint = 2
+width_rad = 0.01
+"""
+
+
+@pytest.fixture
+def tables() -> dict[str, Any]:
+    return tomllib.loads(SCENARIO)
+
+
+@pytest.mark.parametrize("name", sorted(builtin_scenarios()))
+def test_every_builtin_scenario_can_be_read_and_its_world_be_built(name: str) -> None:
+    assert build_world(read_scenario(name)).compile().njnt >= 3
+
+
+def test_the_scenarios_that_are_promised_are_there() -> None:
+    promised = {"paper", "geometric", "noisy", "misfocused", "occluded", "bumped-camera"}
+    assert promised <= set(builtin_scenarios())
+
+
+def test_an_effects_parameters_stand_beside_its_name(tables: dict[str, Any]) -> None:
+    effect = check_scenario(tables, "s.toml").effects[0]
+    assert (effect.name, effect.joint, effect.parameters) == ("backlash", 2, {"width_rad": 0.01})
+
+
+def test_all_trajectories_but_the_validations_are_calibrated_on(tables: dict[str, Any]) -> None:
+    assert check_scenario(tables, "s.toml").calibrate_on == ("circle",)
+
+
+def test_a_scenario_written_out_is_the_same_scenario(tables: dict[str, Any]) -> None:
+    scenario = check_scenario(tables, "s.toml")
+    again = check_scenario(scenario.model_dump(mode="json", by_alias=True), "s.json")
+    assert again.fingerprint == scenario.fingerprint
+
+
+@pytest.mark.parametrize("key", ["seed", "board_views", "title"])
+def test_the_fingerprint_changes_with_what_the_results_depend_on(tables: dict[str, Any], key: str) -> None:
+    other = copy.deepcopy(tables) | {key: {"seed": 1, "board_views": 7, "title": "other"}[key]}
+    assert check_scenario(other, "s.toml").fingerprint != check_scenario(tables, "s.toml").fingerprint
+
+
+def _without(tables: dict[str, Any], key: str) -> None:
+    del tables[key]
+
+
+BROKEN = [
+    (lambda t: t.update(titel=t.pop("title")), "unknown key 'titel'; did you mean 'title'?"),
+    (lambda t: t["trajectories"]["circle"].update(radius=9), "'trajectories.circle.radius'; did you mean 'radius_mm'?"),
+    (lambda t: t.update(picture={"blur_px": 1}), "unknown key 'picture.blur_px'; did you mean 'blur_sigma_px'?"),
+    (lambda t: t["trajectories"].pop("line"), "trajectories"),
+    (lambda t: t.update(validate_on="lin"), "validate_on names trajectory 'lin', which is not declared"),
+    (lambda t: t["trajectories"]["circle"].update(radius_mm=-3), "trajectories.circle.radius_mm"),
+    (lambda t: t["trajectories"]["circle"].update(samples=1), "trajectories.circle.samples"),
+    (lambda t: t["trajectories"]["circle"].update(radius_mm=300), "trajectories.circle: pose 3"),
+    (lambda t: t["effects"][0].update(name="backlsh"), "unknown effect 'backlsh'; did you mean 'backlash'?"),
+    (lambda t: t["effects"][0].update(width_rad="wide"), "effects.0.parameters.width_rad"),
+    (lambda t: t.update(board_views=2), "board_views"),
+    (lambda t: t.update(schema="armtwin.scenario/9"), "schema"),
+    (lambda t: _without(t, "schema"), "key 'schema' is missing"),
+]
+
+
+@pytest.mark.parametrize(("spoil", "said"), BROKEN)
+def test_what_is_wrong_with_a_scenario_is_said_in_one_line(tables: dict[str, Any], spoil: Any, said: str) -> None:
+    spoil(tables)
+    with pytest.raises(InputError) as error:
+        check_scenario(tables, "s.toml")
+    assert "s.toml: " in str(error.value)
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_an_unreachable_path_names_the_pose_and_the_reach(tables: dict[str, Any]) -> None:
+    tables["trajectories"]["line"]["end_mm"] = [-400, 0]
+    with pytest.raises(InputError, match=r"trajectories\.line: pose \d+ .* is out of reach: .* the arm reaches"):
+        check_scenario(tables, "s.toml")
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [({"joint": 5, "width_rad": 0.01}, "joint 5"), ({"joint": 2}, "width_rad"), ({"width_rad": 0.01}, "joint")],
+)
+def test_an_effect_that_cannot_be_built_is_named(tables: dict[str, Any], parameters: dict[str, Any], said: str) -> None:
+    tables["effects"] = [{"name": "backlash", **parameters}]
+    with pytest.raises(InputError, match=r"effects\.0") as error:
+        build_world(check_scenario(tables, "s.toml"))
+    assert said in str(error.value)
+
+
+def test_an_unknown_name_is_answered_with_the_nearest_one() -> None:
+    with pytest.raises(InputError, match="did you mean 'paper'"):
+        read_scenario("papr")
+
+
+def test_a_file_that_is_no_toml_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "broken.toml"
+    path.write_text("title = ")
+    with pytest.raises(InputError, match=r"broken\.toml: not TOML"):
+        read_scenario(str(path))
