@@ -1,6 +1,6 @@
 """The camera creeps.
 
-The term is a steady creep along the recording's clock.
+The term is a creep along the recording's clock that slows down with a time constant of `settling` recordings.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ Array = NDArray[np.float64]
 
 
 def term(context: Context, path: CameraPath, values: Array, site: Site) -> CameraPath:
-    """Camera that has turned and shifted by `values` (6,) at the end."""
-    along = context.clock[:, None]
+    """Camera that has turned and shifted by `values[:6]` at the end."""
+    along = np.expm1(-context.clock / values[6])[:, None] / np.expm1(-1.0 / values[6])
     return path.turned(along * values[:3], along * values[3:6])
 
 
@@ -33,31 +33,35 @@ def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
     return (
         *(Parameter(f"rotation_{axis}_rad", (-0.3, 0.3), 0.02) for axis in "xyz"),
         *(Parameter(f"translation_{axis}_mm", (-100.0, 100.0), 10.0) for axis in "xyz"),
+        Parameter("settling", (0.03, 30.0), 10.0, off=3.0),
     )
 
 
 def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
-    return [] if around is not None else [np.zeros(6)]
+    if around is not None:
+        return []
+    return [np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, settling]) for settling in (0.2, 3.0)]
 
 
 # --- how the simulated bench makes it ---
 
 
-# A plastic clamp creeps as a damper beside a spring does: it would settle in about ten recordings.
-_CLAMP_TIME = 10.0
+# Plastics creep with the logarithm of time; a clamp that was closed two recordings ago still slows down a little.
+_CLOSED_AGO = 2.0
 
 
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
     """Let the camera's clamp creep from the first picture on.
 
     `rotation_x_rad`, ... and `translation_x_mm`, ... are what it has come to at the last picture, in the camera's
-    axes as for a bump; a missing one is 0.
+    axes as for a bump; a missing one is 0. `settling` is how long ago, in recordings, the clamp was closed.
     """
+    age = float(parameters.get("settling", _CLOSED_AGO))
     turn = np.array([float(parameters.get(f"rotation_{axis}_rad", 0.0)) for axis in "xyz"])
     shift = np.array([float(parameters.get(f"translation_{axis}_mm", 0.0)) for axis in "xyz"])
 
     def creep(camera: Camera, moment: Moment) -> Camera:
-        share = math.expm1(-moment.progress / _CLAMP_TIME) / math.expm1(-1.0 / _CLAMP_TIME)
+        share = math.log1p(moment.progress / age) / math.log1p(1.0 / age)
         return camera.moved(Rotation.from_rotvec(share * turn).as_matrix(), share * shift)
 
     return world.with_camera_motion(creep)
