@@ -24,31 +24,31 @@ _MOST_ARROWS = 260
 # Head of an arrow: its strokes' length against the shaft's, and their angle to it.
 _HEAD, _HEAD_RAD = 0.28, 0.45
 _SPREAD = 0.16
-_TAG = {"before": "calibrated geometry", "after": "extended twin"}
+_PLAIN = {"template": "plotly_white", "showlegend": False, "margin": {"l": 60, "r": 10, "t": 40, "b": 50}}
+_TAG = {"before": "before: calibrated geometry", "after": "after: extended twin"}
 
 
-def arrows(before: Remainder, after: Remainder) -> tuple[go.Figure, float]:
-    """Return the residuals of every marker as arrows in the robot's plane, and the factor that enlarges both."""
+def arrows(before: Remainder, after: Remainder | None) -> tuple[go.Figure, float]:
+    """Return the residuals of every marker as arrows in the robot's plane, and the factor that enlarges all of them."""
     assert before.points_mm is not None
-    assert after.points_mm is not None
     sizes = np.linalg.norm(before.miss_mm, axis=-1)
     sizes = sizes[np.isfinite(sizes)]
     factor = _round_down(_ARROW_MM / max(float(np.percentile(sizes, 97)), 1e-6)) if len(sizes) else 1.0
-    fig = make_subplots(1, 2, shared_yaxes=True, horizontal_spacing=0.03, subplot_titles=list(_TAG.values()))
-    panels = ((before.points_mm, before.miss_mm, BEFORE), (after.points_mm, after.miss_mm, AFTER))
+    panels = [(_TAG["before"], before, BEFORE)] + ([] if after is None else [(_TAG["after"], after, AFTER)])
+    titles = [title for title, _, _ in panels]
+    fig = make_subplots(1, len(panels), shared_yaxes=True, horizontal_spacing=0.03, subplot_titles=titles)
     rows = np.unique(np.linspace(0, len(before.miss_mm) - 1, _MOST_ARROWS).round().astype(int))
-    for column, (points, misses, colour) in enumerate(panels, start=1):
-        at, miss = points[rows].reshape(-1, 2), misses[rows].reshape(-1, 2)
+    line = {"width": 1.2}
+    for column, (_, shown, colour) in enumerate(panels, start=1):
+        assert shown.points_mm is not None
+        at, miss = shown.points_mm[rows].reshape(-1, 2), shown.miss_mm[rows].reshape(-1, 2)
         x, y = _strokes(at[:, 0] + 1j * at[:, 1], factor * (miss[:, 0] + 1j * miss[:, 1]))
-        fig.add_scatter(
-            x=x, y=y, mode="lines", line={"color": colour, "width": 1.2}, hoverinfo="skip", row=1, col=column
-        )
-        fig.update_xaxes(title="x, mm", range=_range(before.points_mm[..., 0]), constrain="domain", row=1, col=column)
-        fig.update_yaxes(range=_range(before.points_mm[..., 1]), scaleanchor=f"x{column}", row=1, col=column)
+        here = {"row": 1, "col": column}
+        fig.add_scatter(x=x, y=y, mode="lines", line={**line, "color": colour}, hoverinfo="skip", **here)
+        fig.update_xaxes(title="x, mm", range=_range(before.points_mm[..., 0]), constrain="domain", **here)
+        fig.update_yaxes(range=_range(before.points_mm[..., 1]), scaleanchor=f"x{column}", **here)
     fig.update_yaxes(title="y, mm", row=1, col=1)
-    fig.update_layout(
-        template="plotly_white", height=520, showlegend=False, margin={"l": 60, "r": 10, "t": 40, "b": 50}
-    )
+    fig.update_layout(height=520, **_PLAIN)
     return fig, factor
 
 
@@ -64,9 +64,7 @@ def look_at(look: Look) -> go.Figure:
 def look_at_all(looks: Sequence[Look]) -> go.Figure:
     """Return the other plots as small ones, side by side."""
     rows = (len(looks) + 1) // 2
-    titles = [
-        f"{look.ordinate.against}: {_percent(look.share_before)} → {_percent(look.share_after)}" for look in looks
-    ]
+    titles = [f"{look.ordinate.against}: {_shares(look)}" for look in looks]
     fig = make_subplots(rows, 2, subplot_titles=titles, vertical_spacing=0.32 / rows, horizontal_spacing=0.11)
     for number, look in enumerate(looks):
         row, column = number // 2 + 1, number % 2 + 1
@@ -75,9 +73,7 @@ def look_at_all(looks: Sequence[Look]) -> go.Figure:
         fig.update_xaxes(title=look.ordinate.title, title_font_size=12, row=row, col=column)
         fig.update_yaxes(title=look.component.title, title_font_size=12, row=row, col=column)
         _directions(fig, look, row=row, col=column)
-    fig.update_layout(
-        template="plotly_white", height=330 * rows, showlegend=False, margin={"l": 60, "r": 10, "t": 40, "b": 50}
-    )
+    fig.update_layout(height=330 * rows, **_PLAIN)
     return fig
 
 
@@ -106,8 +102,8 @@ def held_out_bars(diagnosis: Diagnosis, resimulated_mm: float) -> go.Figure:
     bars = [
         ("the drawing", held.nominal_rms_mm, COLOURS["commanded"]),
         ("calibrated geometry", held.before_rms_mm, BEFORE),
-        ("extended twin", held.after_rms_mm, AFTER),
-        ("extended twin in MuJoCo", resimulated_mm, AFTER),
+        ("extended twin", held.after_rms_mm if diagnosis.explanation.final.effects else np.nan, AFTER),
+        ("twin in MuJoCo", resimulated_mm, AFTER),
     ]
     bars = [bar for bar in bars if np.isfinite(bar[1]) and bar[1] > 0]
     fig = figure("RMS error on held-out poses, mm (logarithmic)", "", height=270)
@@ -126,14 +122,14 @@ def held_out_bars(diagnosis: Diagnosis, resimulated_mm: float) -> go.Figure:
     return fig
 
 
-def held_out_poses(diagnosis: Diagnosis, before: Remainder, after: Remainder) -> go.Figure:
+def held_out_poses(diagnosis: Diagnosis, before: Remainder, after: Remainder | None) -> go.Figure:
     """Return the RMS miss of each held-out pose, before and after."""
     rows = np.flatnonzero(diagnosis.held_rows)
     fig = figure("held-out pose, in the order they happened", "RMS miss of the pose, mm", height=330)
     for name, remainder, colour in (("before", before, BEFORE), ("after", after, AFTER)):
-        fig.add_scatter(
-            x=rows, y=remainder.size_mm[rows], mode="markers", marker={"color": colour, "size": 6}, name=_TAG[name]
-        )
+        if remainder is not None:
+            dots = {"color": colour, "size": 6}
+            fig.add_scatter(x=rows, y=remainder.size_mm[rows], mode="markers", marker=dots, name=_TAG[name])
     fig.add_hline(
         y=diagnosis.held_out.noise_floor_mm, line_dash="dash", line_color=COLOURS["truth"], annotation_text="noise"
     )
@@ -145,6 +141,8 @@ def _look_traces(look: Look, with_legend: bool) -> list[go.Scatter]:
     traces = []
     rng = np.random.default_rng(0)
     for name, values, colour in (("before", look.component.before, BEFORE), ("after", look.component.after, AFTER)):
+        if values is None:
+            continue
         x = look.ordinate.values
         if look.ordinate.is_direction:  # spread out, so that points do not hide one another
             x = x + rng.uniform(-_SPREAD, _SPREAD, len(x))
@@ -197,5 +195,21 @@ def _round_down(factor: float) -> float:
     return float(max(step for step in (power, 2 * power, 5 * power) if step <= factor * (1 + 1e-9)))
 
 
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.0f} %"
+def _shares(look: Look) -> str:
+    """Write the share that follows the ordinate, before and after."""
+    shares = [share for share in (look.share_before, look.share_after) if share is not None]
+    return " → ".join(f"{100.0 * share:.0f} %" for share in shares)
+
+
+def plan(q_cmd: Array) -> go.Figure:
+    """Return the commands (N, n) of a proposed experiment, rad, in degrees over the poses."""
+    fig = figure("pose of the experiment", "commanded angle, °", height=300)
+    for joint in range(q_cmd.shape[1]):
+        fig.add_scatter(
+            x=np.arange(len(q_cmd)),
+            y=np.degrees(q_cmd[:, joint]),
+            mode="lines+markers",
+            marker={"size": 4},
+            name=f"joint {joint + 1}",
+        )
+    return fig

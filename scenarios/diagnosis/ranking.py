@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from calib.diagnosis.candidates import candidate_sites, fit_candidates
 from calib.diagnosis.diagnosis import Diagnosis
-from calib.diagnosis.search import excess_of
+from calib.diagnosis.fit import excess_of
 
 
 @dataclass(frozen=True)

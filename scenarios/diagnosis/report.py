@@ -32,9 +32,13 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
     return " and ".join(names), "the cause" if diagnosis.verdict == "named" else "or another: ambiguous"
 
 
+def _joints(n: int) -> str:
+    return "1 joint" if n == 1 else f"{n} joints"
+
+
 def _recording(story: Story) -> str:
     context = story.diagnosis.problem.context
     seen = f"markers {', '.join(name.upper() for name in context.markers)}" if context.markers else "joint angles"
     clock = "with times" if context.time_s is not None else "without times"
     pull = "gravity in its plane" if context.has_gravity else "no gravity in its plane"
-    return f"{len(context)} poses of '{context.arm.name}', {context.arm.n_joints} joints, {seen}, {clock}, {pull}."
+    return f"{len(context)} poses of '{context.arm.name}', {_joints(context.arm.n_joints)}, {seen}, {clock}, {pull}."

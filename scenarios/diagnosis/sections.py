@@ -19,9 +19,6 @@ from scenarios.diagnosis.structure import Look, looks
 from scenarios.diagnosis.words import gain, missed, parameter_rows, site_words, what_next, why_tied
 from scenarios.report.section import Cell, Section, fold, number, plot, prose, table, with_std
 
-# A plot in which less than this share follows anything shows noise.
-_TELLING_SHARE = 0.1
-
 
 @dataclass(frozen=True, eq=False)
 class Story:
@@ -38,7 +35,8 @@ def diagnosis_sections(story: Story) -> list[Section]:
     diagnosis = story.diagnosis
     seen = sightings(diagnosis)
     before = remainder(diagnosis, diagnosis.explanation.geometric, seen)
-    after = remainder(diagnosis, diagnosis.explanation.final, seen)
+    final = diagnosis.explanation.final
+    after = remainder(diagnosis, final, seen) if final.effects else None
     shown = looks(diagnosis, before, after)
     sections = [_causes(story)]
     if before.points_mm is not None:
@@ -50,7 +48,7 @@ def diagnosis_sections(story: Story) -> list[Section]:
         _geometry(diagnosis),
     ]
     if story.experiment is not None or diagnosis.verdict in ("ambiguous", "unknown"):
-        sections.append(Section("next", "What to do next", what_next(diagnosis, story.experiment)))
+        sections.append(_next(story))
     if story.notes:
         sections.append(
             Section("notes", "What this recording cannot tell", "", tuple(prose(note) for note in story.notes))
@@ -102,7 +100,7 @@ def _nothing(diagnosis: Diagnosis) -> str:
     return "What remains is more than noise, and no effect of the catalogue explains enough of it to be named."
 
 
-def _where(before: Remainder, after: Remainder) -> Section:
+def _where(before: Remainder, after: Remainder | None) -> Section:
     figure, factor = figures.arrows(before, after)
     return Section(
         "where",
@@ -120,13 +118,6 @@ def _where(before: Remainder, after: Remainder) -> Section:
 
 def _structure(diagnosis: Diagnosis, shown: Sequence[Look]) -> Section:
     best = shown[0]
-    if best.share_before > _TELLING_SHARE:
-        lead = (
-            f"The clearest pattern is against {best.ordinate.against}: {100 * best.share_before:.0f} % of "
-            f"'{best.component.title}' follows it before, {100 * best.share_after:.0f} % after the cause is modelled."
-        )
-    else:
-        lead = "Nothing is followed: against whatever the error is plotted, it looks like noise."
     blocks = [
         plot(
             figures.look_at(best),
@@ -143,7 +134,17 @@ def _structure(diagnosis: Diagnosis, shown: Sequence[Look]) -> Section:
             )
         )
     blocks.append(_trend_table(diagnosis))
-    return Section("structure", "What the error follows", lead, tuple(blocks))
+    return Section("structure", "What the error follows", _pattern(diagnosis, best), tuple(blocks))
+
+
+def _pattern(diagnosis: Diagnosis, best: Look) -> str:
+    if best.ordinate.against not in {trend.against for trend in diagnosis.trends_before}:
+        return "No pattern is beyond chance: against whatever the error is plotted, it could be noise."
+    after = "" if best.share_after is None else f", {100 * best.share_after:.0f} % once the cause is modelled"
+    return (
+        f"The clearest pattern is against {best.ordinate.against}: {100 * best.share_before:.0f} % of "
+        f"'{best.component.title}' follows it{after}."
+    )
 
 
 def _trend_table(diagnosis: Diagnosis) -> Markup:
@@ -205,7 +206,7 @@ def _considered(diagnosis: Diagnosis, ranked: Sequence[Ranked]) -> Section:
     )
 
 
-def _gain(story: Story, before: Remainder, after: Remainder) -> Section:
+def _gain(story: Story, before: Remainder, after: Remainder | None) -> Section:
     diagnosis, again = story.diagnosis, story.resimulation
     held = diagnosis.held_out
     kept = (
@@ -247,6 +248,14 @@ def _geometry(diagnosis: Diagnosis) -> Section:
             *(prose(f"Cannot be known: {line}.") for line in geometry.gauge),
         ),
     )
+
+
+def _next(story: Story) -> Section:
+    lead = what_next(story.diagnosis, story.experiment)
+    if story.experiment is None:
+        return Section("next", "What to do next", lead)
+    caption = "The proposed poses, in next_experiment.csv; `armtwin run` and `armtwin capture` execute them."
+    return Section("next", "What to do next", lead, (plot(figures.plan(story.experiment.plan.q_cmd), caption),))
 
 
 def _p_value(p: float) -> str:

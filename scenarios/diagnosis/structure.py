@@ -33,11 +33,14 @@ class Ordinate:
 
 @dataclass(frozen=True, eq=False)
 class Component:
-    """(N,) one signed part of a remainder, before and after, and how many millimetres one of its unit makes."""
+    """(N,) one signed part of a remainder, before and after (None where the twin was not extended).
+
+    `unit_mm` is how many millimetres one of its unit makes at the tip.
+    """
 
     title: str
     before: Array
-    after: Array
+    after: Array | None
     unit_mm: float = 1.0
 
 
@@ -48,11 +51,11 @@ class Look:
     ordinate: Ordinate
     component: Component
     share_before: float
-    share_after: float
+    share_after: float | None
     follows_mm: float
 
 
-def looks(diagnosis: Diagnosis, before: Remainder, after: Remainder) -> list[Look]:
+def looks(diagnosis: Diagnosis, before: Remainder, after: Remainder | None) -> list[Look]:
     """Return for each thing the component that follows it most, the most telling first."""
     components = list(_components(diagnosis, before, after))
     best: dict[str, Look] = {}
@@ -67,7 +70,8 @@ def looks(diagnosis: Diagnosis, before: Remainder, after: Remainder) -> list[Loo
 def _look(ordinate: Ordinate, component: Component) -> Look:
     share = share_of_groups(ordinate, component.before)
     follows = float(np.sqrt(share * np.nanvar(component.before))) * component.unit_mm
-    return Look(ordinate, component, share, share_of_groups(ordinate, component.after), follows)
+    share_after = None if component.after is None else share_of_groups(ordinate, component.after)
+    return Look(ordinate, component, share, share_after, follows)
 
 
 def groups_of(ordinate: Ordinate, seen: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
@@ -115,24 +119,26 @@ def _ordinates(diagnosis: Diagnosis) -> Iterator[Ordinate]:
             yield Ordinate("image position", f"{name} of marker {tip}, px", diagnosis.problem.observed[:, -1, axis])
 
 
-def _components(diagnosis: Diagnosis, before: Remainder, after: Remainder) -> Iterator[Component]:
+def _components(diagnosis: Diagnosis, before: Remainder, after: Remainder | None) -> Iterator[Component]:
     context = diagnosis.problem.context
-    seen_by = "appears" if diagnosis.problem.is_pixels else "is"
     beyond_mm = np.cumsum(np.abs(context.links)[::-1])[::-1]  # from each joint to the tip of the stretched arm
+    seen_by = "appears" if diagnosis.problem.is_pixels else "is"
     for joint, reach in enumerate(np.radians(beyond_mm).tolist()):
-        title = f"joint {joint + 1} {seen_by} off by, °"
-        yield Component(title, np.degrees(before.joints_rad[:, joint]), np.degrees(after.joints_rad[:, joint]), reach)
+        yield Component(
+            f"joint {joint + 1} {seen_by} off by, °",
+            np.degrees(before.joints_rad[:, joint]),
+            None if after is None else np.degrees(after.joints_rad[:, joint]),
+            reach,
+        )
     if not diagnosis.problem.is_pixels:
         return
     for axis, name in enumerate("xy"):
-        yield Component(
-            f"all markers off in {name}, mm",
-            _mean_seen(before.miss_mm[..., axis]),
-            _mean_seen(after.miss_mm[..., axis]),
-        )
+        common = None if after is None else _mean_seen(after.miss_mm[..., axis])
+        yield Component(f"all markers off in {name}, mm", _mean_seen(before.miss_mm[..., axis]), common)
         for column, marker in enumerate(context.markers):
             title = f"marker {marker.upper()} off in {name}, mm"
-            yield Component(title, before.miss_mm[:, column, axis], after.miss_mm[:, column, axis])
+            own = None if after is None else after.miss_mm[:, column, axis]
+            yield Component(title, before.miss_mm[:, column, axis], own)
 
 
 def _last_turn(moves: Array) -> Array:

@@ -6,7 +6,7 @@ import numpy as np
 
 from calib.diagnosis.diagnosis import Diagnosis, NamedCause
 from calib.diagnosis.experiment import Experiment
-from models.effects.registry import effect_named
+from models.effects.registry import Stage, effect_named
 from scenarios.diagnosis.findings import Estimate, estimates_of
 from scenarios.diagnosis.resimulate import Resimulation
 
@@ -29,7 +29,8 @@ def headline(diagnosis: Diagnosis) -> str:
         sure = [cause.active.label for cause in diagnosis.causes if not cause.equivalents]
         return f"These poses cannot tell {ties}" + (f"; besides, {' and '.join(sure)}." if sure else ".")
     nearest = " and ".join(cause.active.label for cause in diagnosis.suspects)
-    return "Something is wrong that no known effect explains" + (f"; {nearest} comes nearest." if nearest else ".")
+    text = "What remains is more than the noise, and no known effect explains it"
+    return text + (f"; {nearest} comes nearest." if nearest else ".")
 
 
 def gain(diagnosis: Diagnosis) -> str:
@@ -65,6 +66,8 @@ def what_next(diagnosis: Diagnosis, experiment: Experiment | None) -> str:
         return (
             "Look at what the remainder follows; add an effect of your own with --effects, or record more varied poses."
         )
+    if all(cause.active.effect.stage == Stage.OBSERVATION for cause in diagnosis.causes):
+        return f"The arm is right; {diagnosis.causes[0].active.effect.experiment}."
     return "Use twin.toml: it is the arm with this cause in it."
 
 
