@@ -10,27 +10,13 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from calib.diagnosis.diagnosis import diagnose
-from calib.diagnosis.experiment import propose
 from calib.markers.recording import measure_recording
-from models.atomic import write_json, write_text
 from models.effects.registry import register_file
 from models.errors import InputError
-from models.plan import write_plan
 from models.recording import Recording
 from models.recording_reader import read_recording
-from models.twin import write_twin
-from scenarios.diagnosis.checks import check_recording, notes_on
-from scenarios.diagnosis.files import written_together
-from scenarios.diagnosis.findings import twin_comment, twin_of
-from scenarios.diagnosis.report import diagnosis_page
-from scenarios.diagnosis.resimulate import compare
-from scenarios.diagnosis.sections import Story
 from scenarios.diagnosis.summary import print_summary
-from scenarios.diagnosis.table import diagnosis_table
-
-# The poses of the proposed experiment, as a plan that a bench can run.
-NEXT_PLAN = "next_experiment.csv"
+from scenarios.diagnosis.whole import story_of, write_story
 
 
 def diagnose_command(
@@ -66,22 +52,9 @@ def diagnose_command(
         def tell(what: str) -> None:
             progress.update(bar, description=what)
 
-        data = measured(recording, tell)
-        check_recording(data)
-        found = diagnose(data, tell)
-        twin = twin_of(found)
-        tell("re-simulating the recording with the extended twin")
-        again = compare(found, twin, data)
-        tell("designing the next experiment")
-        experiment = propose(found)
-        story = Story(found, again, experiment, notes_on(data))
+        story = story_of(measured(recording, tell), tell)
         tell("writing the report")
-        with written_together(out) as aside:
-            write_json(aside / "diagnosis.json", diagnosis_table(found, experiment))
-            write_text(aside / "report.html", diagnosis_page(recording.resolve().name, story))
-            write_twin(aside / "twin.toml", twin, twin_comment(found))
-            if experiment is not None:
-                write_plan(aside / NEXT_PLAN, experiment.plan)
+        write_story(out, recording.resolve().name, story)
     print_summary(Console(), story)
     typer.echo(f"Report written to {out / 'report.html'}, diagnosis.json and twin.toml beside it")
 

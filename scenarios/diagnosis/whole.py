@@ -1,0 +1,46 @@
+"""A diagnosis from the recording to the files: what the commands and the runs of scenarios share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from calib.diagnosis.diagnosis import diagnose
+from calib.diagnosis.experiment import propose
+from models.atomic import write_json, write_text
+from models.plan import write_plan
+from models.recording import Recording
+from models.twin import write_twin
+from scenarios.diagnosis.checks import check_recording, notes_on
+from scenarios.diagnosis.files import written_together
+from scenarios.diagnosis.findings import twin_comment, twin_of
+from scenarios.diagnosis.report import diagnosis_page
+from scenarios.diagnosis.resimulate import compare
+from scenarios.diagnosis.sections import Story
+from scenarios.diagnosis.table import diagnosis_table
+
+# The poses of the proposed experiment, as a plan that a bench can run.
+NEXT_PLAN = "next_experiment.csv"
+
+
+def story_of(recording: Recording, tell: Callable[[str], None] = lambda _: None) -> Story:
+    """Diagnose a recording, make it again with the extended twin, and design the next experiment.
+
+    `tell` hears what is being done. Raises `RecordingError` where nothing can be decided.
+    """
+    check_recording(recording)
+    found = diagnose(recording, tell)
+    tell("re-simulating the recording with the extended twin")
+    again = compare(found, twin_of(found), recording)
+    tell("designing the next experiment")
+    return Story(found, again, propose(found), notes_on(recording))
+
+
+def write_story(folder: Path, name: str, story: Story) -> None:
+    """Write diagnosis.json, report.html, twin.toml and, where causes tie, next_experiment.csv; all or none of them."""
+    with written_together(folder) as aside:
+        write_json(aside / "diagnosis.json", diagnosis_table(story.diagnosis, story.experiment))
+        write_text(aside / "report.html", diagnosis_page(name, story))
+        write_twin(aside / "twin.toml", twin_of(story.diagnosis), twin_comment(story.diagnosis))
+        if story.experiment is not None:
+            write_plan(aside / NEXT_PLAN, story.experiment.plan)
