@@ -17,8 +17,9 @@ _REACH_PX = 10
 _EDGE_SHARE = 3e-4
 # Scharr's weights sum to 32 a pixel.
 _SCHARR_SCALE = 1.0 / 32.0
-# Bins of the slope's histogram, a sixteenth of a grey level a pixel each: sorting a million slopes takes longer.
-_SLOPE_BINS = 4096
+# Candidates' slopes in half grey levels a pixel; 128 levels a pixel and more are all steep.
+_CANDIDATE_SCALE = 1.0 / 16.0
+_CANDIDATES_EACH = 6
 # Edges lower than this many grey levels say nothing about the lens.
 _MIN_CONTRAST = 20.0
 
@@ -41,19 +42,22 @@ def edge_width_px(grey: Grey) -> float:
     The picture's contrast does not matter, and its noise little, since only the steepest edges are looked at.
     """
     smooth = cv2.GaussianBlur(grey, (3, 3), 0)
-    dx = cv2.Scharr(smooth, cv2.CV_32F, 1, 0, scale=_SCHARR_SCALE)
-    dy = cv2.Scharr(smooth, cv2.CV_32F, 0, 1, scale=_SCHARR_SCALE)
-    slope = cv2.magnitude(dx, dy)
-    counts = cv2.calcHist([slope], [0], None, [_SLOPE_BINS], [0, 256]).ravel()
-    enough = np.cumsum(counts[::-1]) >= max(20, _EDGE_SHARE * grey.size)  # steepest bins first
-    steep = (_SLOPE_BINS - 1 - int(np.argmax(enough))) * 256.0 / _SLOPE_BINS
-    rows, columns = np.nonzero(slope >= max(steep, 1e-6))
+    dx, dy = cv2.Scharr(smooth, cv2.CV_16S, 1, 0), cv2.Scharr(smooth, cv2.CV_16S, 0, 1)
+    # Candidates by |dx| + |dy| in eight bits, a quarter of the time of the true slope, which only they are given.
+    steep = cv2.add(cv2.convertScaleAbs(dx, alpha=_CANDIDATE_SCALE), cv2.convertScaleAbs(dy, alpha=_CANDIDATE_SCALE))
+    counts = cv2.calcHist([steep], [0], None, [256], [0, 256]).ravel()
+    n = max(20, int(_EDGE_SHARE * grey.size))
+    enough = np.cumsum(counts[::-1]) >= _CANDIDATES_EACH * n  # steepest first
+    rows, columns = np.nonzero(steep >= max(1, 255 - int(np.argmax(enough))))
+    slope = np.hypot(dx[rows, columns], dy[rows, columns], dtype=np.float64) * _SCHARR_SCALE
+    steepest = np.argsort(slope)[-n:]
+    rows, columns, slope = rows[steepest], columns[steepest], slope[steepest]
     kernel = np.ones((2 * _REACH_PX + 1, 2 * _REACH_PX + 1), np.uint8)
     contrast = (cv2.dilate(smooth, kernel).astype(np.float32) - cv2.erode(smooth, kernel))[rows, columns]
     useful = contrast >= _MIN_CONTRAST
     if not useful.any():
         return float("inf")
-    return float(np.median(contrast[useful] / slope[rows, columns][useful]))
+    return float(np.median(contrast[useful] / slope[useful]))
 
 
 def fault_of(grey: Grey, bounds: QualityTable) -> str | None:

@@ -98,11 +98,12 @@ class HardwareBench:
 
     def capture(self) -> Frame:
         """Take one new picture of the arm; raises `JobError` if it is black, over-exposed, blurred or frozen."""
-        picture = self._resting
-        if picture is None:
+        picture, grey = self._resting, self._before
+        if picture is None or grey is None:
             picture = self.webcam.after(self.webcam.newest().number)
+            grey = to_grey(picture.image)
         self._resting = None
-        self._refuse_bad_picture(to_grey(picture.image))
+        self._refuse_bad_picture(grey)
         return Frame(picture.image, picture.arrived_s - self._started_s)
 
     def close(self) -> None:
