@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from scenarios.runner.job import Job, open_job
+from scenarios.runner.job import Job, alone, open_job
 from scenarios.runner.run import run_stages
 from scenarios.runner.stages import STAGES
 from scenarios.runner.world import build_world
@@ -36,7 +36,8 @@ def run_command(
     wanted = read_scenario(scenario)
     build_world(wanted)  # what cannot be built is refused before anything is written
     job = open_job(out, wanted)
-    run_stages(job, STAGES, workers)
+    with alone(job):
+        run_stages(job, STAGES, workers)
     _print(Console(), job)
     typer.echo(f"Report written to {out / 'report.html'}, results to {out / 'results.json'}")
 

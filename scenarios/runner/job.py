@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import fcntl
 import json
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -62,3 +66,25 @@ def open_job(out: Path, scenario: ScenarioFile) -> Job:
     else:
         atomic.write_json(path, scenario.model_dump(mode="json", by_alias=True))
     return job
+
+
+@contextmanager
+def alone(job: Job) -> Iterator[None]:
+    """Hold the run's folder, and clear what a killed run left half written in it.
+
+    Raises `InputError` where another process is at work there.
+    """
+    with (job.out / "lock").open("w") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise InputError(
+                f"{job.out}: another armtwin is at work there; wait for it or choose another --out"
+            ) from None
+        # What `models.atomic` writes aside before it renames.
+        for left in [*job.out.rglob(".*.part"), *job.out.rglob(".*.old")]:
+            if left.is_dir():
+                shutil.rmtree(left)
+            else:
+                left.unlink(missing_ok=True)
+        yield

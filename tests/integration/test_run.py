@@ -149,7 +149,7 @@ def test_the_measured_pixels_are_those_of_the_frames(run: Path, tmp_path: Path) 
     assert process.returncode == 0, errors
     ours, theirs = read_recording(tmp_path / "again"), read_recording(run / "recordings" / "after")
     for name, pixels in theirs.markers_px.items():
-        assert np.array_equal(ours.markers_px[name], pixels)
+        assert np.allclose(ours.markers_px[name], pixels, rtol=0, atol=1e-9)
 
 
 def test_the_papers_detector_measures_the_same_frames_nearby(run: Path, tmp_path: Path) -> None:
@@ -203,7 +203,7 @@ def test_the_scenarios_text_is_escaped_in_the_report(run: Path) -> None:
 def test_a_run_killed_in_the_middle_goes_on_and_ends_with_the_same_bytes(
     run: Path, scenario: Path, tmp_path: Path, stage: str
 ) -> None:
-    """Killed while the stage after `stage`'s needs is under way: `stage` itself must not be lost or done by halves."""
+    """Killed while pictures are being taken, and after the arm was calibrated."""
     out = tmp_path / "killed"
     process = start("run", scenario, "--out", out)
     waited_for = {"capture_before": out / "board", "calibration": out / "stages" / "calibration.json"}[stage]
@@ -220,7 +220,7 @@ def test_a_run_killed_in_the_middle_goes_on_and_ends_with_the_same_bytes(
     assert again.returncode == 0, errors
     for name in SAME:
         assert (out / name).read_bytes() == (run / name).read_bytes(), name
-    assert not [path for path in out.rglob(".*") if path.name.endswith((".part", ".old"))] or stage
+    assert not [path for path in out.rglob(".*") if path.name.endswith((".part", ".old"))]
 
 
 def test_a_finished_run_is_not_done_again(run: Path, scenario: Path) -> None:
