@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from calib.diagnosis.fit import Data, Fit, fit
+from calib.diagnosis.repairs import find_missed
 from calib.diagnosis.screen import Screen, best_start
 from models.effects.predict import Active
 from models.effects.registry import Effect, Site, Stage, catalogue
@@ -90,3 +91,13 @@ def _complexity(data: Data, effect: Effect, site: Site, starts: int) -> float:
     smooth = sum(not parameter.scanned for parameter in parameters)
     scanned = any(parameter.scanned for parameter in parameters)
     return smooth * float(np.log(max(data.n_values, 2))) + (2.0 * float(np.log(max(starts, 1))) if scanned else 0.0)
+
+
+def candidates(data: Data, base: Fit, pairs: Sequence[tuple[Effect, Site]]) -> list[Candidate]:
+    """Fitted candidates on top of `base`, the missed poses among them, best first."""
+    ranked = fit_candidates(data, base, pairs)
+    missed = None if any(a.effect.name == "missed_command" for a in base.effects) else find_missed(data, base)
+    if missed is not None:
+        result = fit(data, base.g, (*base.effects, missed))
+        ranked.append(Candidate(missed, result, 2.0 * np.log(len(data.problem.context)) * len(missed.values)))
+    return sorted(ranked, key=lambda candidate: candidate.score)

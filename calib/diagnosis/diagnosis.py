@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
-from calib.diagnosis.fit import Fit
+from calib.diagnosis.fit import degrees_of_freedom
 from calib.diagnosis.geometry import GeometryReport, geometry_report
 from calib.diagnosis.holdout import HeldOut, held_out_gain, held_out_rows
 from calib.diagnosis.problem import Problem, problem_of
-from calib.diagnosis.search import Cause, Explanation, degrees_of_freedom, search
+from calib.diagnosis.repairs import cost_unrepaired
+from calib.diagnosis.search import Cause, Explanation, search
 from calib.diagnosis.structure import Trend, trends
 from calib.diagnosis.uncertainty import uncertainty
 from models.effects.predict import Active
@@ -155,8 +157,12 @@ def _named(explanation: Explanation, cause: Cause, stds: tuple[Array, ...]) -> N
 
 
 def _found(active: Active, explanation: Explanation) -> NamedCause:
-    """Return a cause of single samples; each of its points is beyond doubt, so its p-value is that of one of them."""
-    return NamedCause(active, (), np.zeros(0), 1e-12, 100.0, ())
+    """Return a cause of single samples: what its points would cost if they were taken as they came."""
+    data, final = explanation.data, explanation.final
+    cost, points = cost_unrepaired(explanation.untouched, data, final, active)
+    d = data.problem.observed.shape[-1]
+    p_value = float(min(1.0, len(final.misfit) * stats.chi2.sf(cost, d * max(points, 1))))
+    return NamedCause(active, (), np.zeros(0), p_value, 100.0 * cost / (cost + explanation.excess), ())
 
 
 def _rms_mm(explanation: Explanation, held_out: HeldOut) -> float:
@@ -164,8 +170,3 @@ def _rms_mm(explanation: Explanation, held_out: HeldOut) -> float:
     per_noise = held_out.noise_floor_mm / np.sqrt(data.problem.observed.shape[-1])
     points = max(int(data.counts.sum()), 1)
     return float(np.sqrt(explanation.final.misfit.sum() / points) * per_noise)
-
-
-def geometric_fit(diagnosis: Diagnosis) -> Fit:
-    """Return the fit of the geometry alone."""
-    return replace(diagnosis.explanation.geometric)

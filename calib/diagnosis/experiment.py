@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from calib.diagnosis.experiments.by_hand import hand_separation
 from calib.diagnosis.experiments.poses import Candidate, candidates, space_of
 from calib.diagnosis.experiments.rivals import Rivals, rivals_of
 from calib.diagnosis.experiments.separation import confirmed, extended, separations
+from calib.diagnosis.fit import Data
 from models.plan import Plan
 
 # Rivals that are expected to be this many standard deviations apart will be told apart: a deviance of 25 is well above
@@ -18,8 +19,13 @@ from models.plan import Plan
 TELLING = 5.0
 # Beyond this, farther apart is no better.
 _ENOUGH = 30.0
+_MOST_REPEATS = 4
 # So many of the most promising plans are looked at by refitting, not only to first order.
 _CONFIRMED = 3
+
+
+# Separations by pair of rivals, for each group of them.
+Found = list[dict[tuple[int, int], float]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,20 +69,40 @@ def propose(diagnosis: Diagnosis) -> Experiment | None:
         at = extended(data, candidate, groups[0].models[0])
         ranked.append((_worth([separations(at, group) for group in groups]), candidate))
     ranked.sort(key=lambda row: -row[0])
-    best: tuple[float, Candidate, list[dict[tuple[int, int], float]]] | None = None
+    best: tuple[float, Candidate, Found] | None = None
     for worth, candidate in ranked[:_CONFIRMED]:
         if best is not None and worth <= best[0]:
             break
-        at = extended(data, candidate, groups[0].models[0])
-        found = [confirmed(at, group) for group in groups]
+        longer, found = _often_enough(data, candidate, groups)
         if best is None or _worth(found) > best[0]:
-            best = (_worth(found), candidate, found)
+            best = (_worth(found), longer, found)
     if best is not None and _told(groups, best[2]):
         return _experiment(diagnosis, best[1], groups, best[2], appends=True)
     for candidate, by_hand in hand_separation(data, space, groups):
         if _told(groups, by_hand):
             return _experiment(diagnosis, candidate, groups, by_hand, appends=False)
     return None
+
+
+def _often_enough(data: Data, candidate: Candidate, groups: list[Rivals]) -> tuple[Candidate, Found]:
+    """Repeat a plan until it tells the rivals apart, if a few repetitions do; separations grow with their root."""
+
+    def confirm(plan: Candidate) -> Found:
+        at = extended(data, plan, groups[0].models[0])
+        return [confirmed(at, group) for group in groups]
+
+    found = confirm(candidate)
+    largest = max(separation for pairs in found for separation in pairs.values())
+    if largest >= TELLING or largest * np.sqrt(_MOST_REPEATS) < TELLING:
+        return candidate, found
+    times = min(int(np.ceil((1.1 * TELLING / largest) ** 2)), _MOST_REPEATS)
+    longer = replace(
+        candidate,
+        q_cmd=np.tile(candidate.q_cmd, (times, 1)),
+        payload_kg=np.tile(candidate.payload_kg, times),
+        what=f"{candidate.what}, {times} times over",
+    )
+    return longer, confirm(longer)
 
 
 def _joints(groups: list[Rivals], n: int) -> tuple[int, ...]:
@@ -90,12 +116,12 @@ def _joints(groups: list[Rivals], n: int) -> tuple[int, ...]:
     return tuple(sorted(named)) or tuple(range(n))
 
 
-def _worth(found: list[dict[tuple[int, int], float]]) -> float:
+def _worth(found: Found) -> float:
     """Sum over pairs of rivals of their separation, of which more than enough counts no more."""
     return float(sum(min(separation, _ENOUGH) + 1e-3 * separation for pairs in found for separation in pairs.values()))
 
 
-def _told(groups: list[Rivals], found: list[dict[tuple[int, int], float]]) -> dict[str, float]:
+def _told(groups: list[Rivals], found: Found) -> dict[str, float]:
     """Effects that are told from a rival, with the least separation of those pairs."""
     told: dict[str, float] = {}
     for group, pairs in zip(groups, found, strict=True):
@@ -110,7 +136,7 @@ def _experiment(
     diagnosis: Diagnosis,
     candidate: Candidate,
     groups: list[Rivals],
-    found: list[dict[tuple[int, int], float]],
+    found: Found,
     *,
     appends: bool,
 ) -> Experiment:

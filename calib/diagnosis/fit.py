@@ -85,6 +85,20 @@ def fit(data: Data, g: Array, effects: Sequence[Active], iterations: int = _ITER
     return state
 
 
+def degrees_of_freedom(data: Data, model: Fit) -> int:
+    """Values minus parameters."""
+    smooth = sum(
+        sum(not p.scanned for p in active.effect.parameters(data.problem.context, active.site))
+        for active in model.effects
+    )
+    return max(data.n_values - len(model.g) - smooth, 1)
+
+
+def excess_of(data: Data, model: Fit) -> float:
+    """Deviance above what noise alone would leave."""
+    return max(float(model.misfit.sum()) - degrees_of_freedom(data, model), 0.0)
+
+
 def point_misfit(data: Data, residual: Array) -> Array:
     """(N, M) capped squares of the residual over the noise, summed over the components of a point."""
     squares = np.nansum(residual * residual, axis=-1) / data.noise**2
@@ -143,19 +157,36 @@ def _solve(
     r: Array,
     weights: Array,
 ) -> Array:
-    """Step (p,) of the normal equations with the priors."""
-    offsets = [problem.nominal - state.g]
-    precisions = [problem.prior_std**-2.0]
+    """Step (p,) of the normal equations with the priors; a parameter at its bound is held there while it pushes out."""
+    offsets, precisions = [problem.nominal - state.g], [problem.prior_std**-2.0]
+    room = [np.full((len(state.g), 2), [-np.inf, np.inf])]
     for active, of, which in zip(state.effects, parameters, free, strict=True):
         offsets.append(np.array([of[k].off - active.values[k] for k in which]))
         precisions.append(np.array([of[k].prior_std ** -2.0 for k in which]))
-    precision = np.concatenate(precisions)
+        room.append(np.array([np.array(of[k].bounds) - active.values[k] for k in which]).reshape(-1, 2))
+    precision, (low, high) = np.concatenate(precisions), np.concatenate(room).T
     weighted = J * weights[:, None]
     A = weighted.T @ J
     A[np.diag_indices_from(A)] += precision
     b = weighted.T @ r + precision * np.concatenate(offsets)
+    held = np.zeros(len(b), dtype=bool)
+    step = np.zeros(len(b))
+    for _ in range(len(b)):
+        step = _reduced_step(A, b, held)
+        outward = ~held & (((low >= 0) & (step < 0)) | ((high <= 0) & (step > 0)))
+        if not outward.any():
+            break
+        held |= outward
+    return step
+
+
+def _reduced_step(A: Array, b: Array, held: Bool) -> Array:
+    """Solve A step = b for what is not held, scaled to a unit diagonal."""
     scale = 1.0 / np.sqrt(np.diag(A))
-    step: Array = scale * np.linalg.solve(A * scale[:, None] * scale, b * scale)
+    inside = np.flatnonzero(~held)
+    scaled = (A * scale[:, None] * scale)[np.ix_(inside, inside)]
+    step = np.zeros(len(b))
+    step[inside] = scale[inside] * np.linalg.solve(scaled, b[inside] * scale[inside])
     return step
 
 

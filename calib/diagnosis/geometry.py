@@ -1,4 +1,4 @@
-"""The geometry of a diagnosis in the terms of Table 4: link lengths, joint zeros, base; and what the data cannot tell."""
+"""The geometry of a diagnosis in the terms of Table 4: lengths, zeros, base; and what the data cannot tell."""
 
 from __future__ import annotations
 
@@ -42,8 +42,8 @@ def geometry_report(data: Data, model: Fit, covariance: Array) -> GeometryReport
         names = tuple(f"theta{joint + 1}_zero_rad" for joint in range(n))
         zeros = Deviation(np.zeros_like(problem.context.arm.link_lengths_mm), model.g)
         std = np.sqrt(np.diag(covariance))[:n]
-        gauge = ("link lengths: joint angles alone do not show them",)
-        return GeometryReport(names, model.g, std, n, gauge, zeros, np.zeros(3))
+        hidden = ("link lengths: joint angles alone do not show them",)
+        return GeometryReport(names, model.g, std, n, hidden, zeros, np.zeros(3))
     values, names = _physical(problem, model.g), _names(problem)
     J = np.stack([_slope(problem, model.g, k) for k in range(len(model.g))], axis=-1)
     std = np.sqrt(np.maximum(np.diag(J @ covariance[: len(model.g), : len(model.g)] @ J.T), 0.0))

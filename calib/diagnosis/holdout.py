@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from calib.diagnosis.fit import Data, Fit
 from calib.diagnosis.problem import Problem
-from calib.diagnosis.repairs import repair
+from calib.diagnosis.repairs import find_missed, repair
 from calib.diagnosis.search import Explanation
 from models.effects.predict import Active
 from models.recording import Recording
@@ -61,11 +62,12 @@ def held_out_gain(
     whole = replace(
         data, problem=replace(data.problem, observed=problem.observed), counts=_seen(problem) & rows[:, None]
     )
-    repaired = repair(whole, final)
+    effects = _missed_here_too(whole, final)
+    repaired = repair(whole, replace(final, effects=effects))
     observed, seen = repaired.data.problem.observed, repaired.data.counts
     nominal = _errors(problem, observed, seen, problem.nominal, ())
     before = _errors(data.problem, observed, seen, explanation.geometric.g, ())
-    after = _errors(data.problem, observed, seen, final.g, final.effects)
+    after = _errors(data.problem, observed, seen, final.g, effects)
     floor = data.noise * _mm_per_unit(problem, final.g) * np.sqrt(problem.observed.shape[-1])
     gain, interval = _gain(before, after)
     return HeldOut(
@@ -97,6 +99,21 @@ def _errors(problem: Problem, observed: Array, seen: Bool, g: Array, effects: tu
     """(N, M) distance of what was seen from what is predicted, mm; NaN where it does not count."""
     residual = np.where(seen[..., None], observed - problem.predict(g, effects), np.nan)
     return np.sqrt((in_millimetres(problem, g, residual) ** 2).sum(axis=-1))
+
+
+def _missed_here_too(held: Data, final: Fit) -> tuple[Active, ...]:
+    """Return the effects with the missed poses of the held-out rows added, where missed poses are among the causes.
+
+    Which single poses were missed is seen, not predicted; finding them fits nothing.
+    """
+    named = [active for active in final.effects if active.effect.name == "missed_command"]
+    if not named:
+        return final.effects
+    found = find_missed(held, final)
+    if found is None:
+        return final.effects
+    rows = np.union1d(named[0].values, found.values)
+    return tuple(replace(active, values=rows) if active is named[0] else active for active in final.effects)
 
 
 def _seen(problem: Problem) -> Bool:

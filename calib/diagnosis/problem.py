@@ -1,7 +1,7 @@
 """A recording as a regression: observed channels, what the twin predicts for them, and its derivative by the geometry.
 
-Channels are (N, M, d): pixels of M markers (d = 2), or the angles of M joints (d = 1). A chain is linear in its base and
-in its complex links, so the geometry is fitted in those: base x, base y, then real and imaginary part of each link.
+Channels are (N, M, d): pixels of M markers (d = 2), or the angles of M joints (d = 1). A chain is linear in its base
+and in its complex links, so the geometry is fitted in those: base x, base y, then real and imaginary part of each link.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Single samples put right before anything is fitted: swapped markers exchanged, gross errors and missed poses found."""
+"""Single samples put right before anything is fitted: swapped markers, gross errors and missed poses."""
 
 from __future__ import annotations
 
@@ -7,13 +7,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.diagnosis.fit import Data, Fit
+from calib.diagnosis.fit import Data, Fit, point_misfit
 from calib.diagnosis.noise import robust_std
 from models.effects.predict import Active
 from models.effects.registry import View, effect_named
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]
+
+# Nine of ten values of Gaussian noise lie within so many standard deviations.
+_NINETY_PERCENT = 1.645
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,6 +56,18 @@ def repair(data: Data, model: Fit) -> Repaired:
     return Repaired(replace(data, counts=counts), tuple(found))
 
 
+def cost_unrepaired(untouched: Data, repaired: Data, model: Fit, found: Active) -> tuple[float, int]:
+    """Deviance that the points of a repaired effect would add if they were taken as they came, and their number."""
+    predicted = repaired.problem.predict(model.g, model.effects)
+    raw = point_misfit(untouched, untouched.problem.observed - predicted)
+    if found.effect.name == "outliers":
+        pairs = found.values.reshape(-1, 2).astype(int)
+        return float(raw[pairs[:, 0], pairs[:, 1]].sum()), len(pairs)
+    rows = found.values[1:].astype(int)
+    left = point_misfit(repaired, repaired.problem.observed - predicted)
+    return float((raw[rows] - left[rows]).sum()), 2 * len(rows)
+
+
 def exchanged(observed: Array, channels: tuple[str, ...], swap: Active) -> Array:
     """Return the observations (N, M, d) with a found swap undone."""
     assert swap.site.marker is not None
@@ -65,5 +80,8 @@ def exchanged(observed: Array, channels: tuple[str, ...], swap: Active) -> Array
 def _view(data: Data, model: Fit) -> View:
     observed = np.where(data.counts[..., None], data.problem.observed, np.nan)
     predicted = data.problem.predict(model.g, model.effects)
-    scale = max(robust_std((observed - predicted)[data.counts]), data.noise)
+    residual = (observed - predicted)[data.counts]
+    # An imperfect model leaves a tail, which the median does not see and which is no gross error.
+    tail = float(np.quantile(np.abs(residual), 0.9)) / _NINETY_PERCENT if residual.size else 0.0
+    scale = max(robust_std(residual), tail, data.noise)
     return View(observed, predicted, scale)

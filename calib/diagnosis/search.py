@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from calib.diagnosis.candidates import Candidate, candidate_sites, fit_candidates
-from calib.diagnosis.fit import Data, Fit, fit
+from calib.diagnosis.candidates import Candidate, candidate_sites, candidates
+from calib.diagnosis.fit import Data, Fit, degrees_of_freedom, excess_of, fit
 from calib.diagnosis.noise import estimate_noise, least_noise, robust_std
 from calib.diagnosis.problem import Problem
-from calib.diagnosis.repairs import Repaired, find_missed, repair
-from calib.diagnosis.ties import tied
+from calib.diagnosis.repairs import Repaired, repair
+from calib.diagnosis.replacement import Equivalents, settle
 from models.effects.predict import Active
 
 Array = NDArray[np.float64]
@@ -34,14 +34,15 @@ _MOST_EFFECTS = 3
 # one explains less of than half is rather the imperfect form of those already named.
 _FIRST_SHARE = 0.2
 _FURTHER_SHARE = 0.5
+# Beside a strong cause, a weak one is believed where it explains this share of all, or leaves nothing but noise and is
+# felt by most values.
+_LEAST_OF_ALL = 0.003
+_QUIET = 1.2
+_FELT = 0.5
 # An estimate of the noise is lowered when a model leaves less than this part of it.
 _CLEARLY_QUIETER = 0.85
 # An effect that leaves less than this share of the excess explains points that look like gross errors, too.
 _FEW_LEFT = 0.2
-# A replacement must be better by this much deviance, or two equals would change places for ever.
-_BETTER = 4.0
-# Of more ties than these the best are listed; the rest is as good as unknown.
-_MOST_EQUIVALENTS = 2
 # Points beyond this many standard deviations of what the geometry leaves do not pull on it.
 _CAP = 6.0
 
@@ -61,7 +62,8 @@ class Explanation:
     """The outcome of a search.
 
     Attributes:
-        data: after repairs, with the cap under which all fits are compared.
+        data: after repairs.
+        untouched: as recorded.
         geometric, final: fits of the geometry alone and with all causes.
         causes: fitted ones, most explaining first.
         found: effects of single samples that were repaired or modelled.
@@ -71,6 +73,7 @@ class Explanation:
     """
 
     data: Data
+    untouched: Data
     geometric: Fit
     final: Fit
     causes: tuple[Cause, ...]
@@ -95,18 +98,18 @@ def search(
     considered: list[Candidate] = []
     while len(base.effects) < _MOST_EFFECTS:
         progress(f"looking for cause {len(base.effects) + 1}")
-        considered = _candidates(data, base, candidate_sites(data, base.effects))
+        considered = candidates(data, base, candidate_sites(data, base.effects))
         quieter = _quieter(data, considered)
         if quieter is not None:
             raw, data = replace(raw, noise=quieter), replace(data, noise=quieter)
             base = fit(data, base.g, base.effects)
             continue
-        if not considered or not _accepted(data, base, considered[0]):
+        if not considered or not _accepted(data, base, considered[0], geometric.g):
             break
         repaired = repair(raw, considered[0].fit)
         data, base = _refit(repaired, considered[0].fit)
-    base, equivalents = _replace_each(data, base, progress)
-    return _explanation(data, base, repaired, equivalents, considered)
+    base, equivalents = settle(data, base, progress)
+    return _explanation(data, raw, base, repaired, equivalents, considered)
 
 
 def robust_geometry(problem: Problem, counts: Bool, noise: float | None) -> tuple[Fit, Problem]:
@@ -122,7 +125,7 @@ def robust_geometry(problem: Problem, counts: Bool, noise: float | None) -> tupl
 
 
 def _quieter(data: Data, ranked: list[Candidate]) -> float | None:
-    """Return the noise that the best candidate leaves where it is well below an undeclared noise's estimate, or None."""
+    """Return the noise that the best candidate leaves if that is well below an undeclared noise's estimate."""
     if data.declared or not ranked:
         return None
     best = min(ranked, key=lambda candidate: float(candidate.fit.misfit.sum()))
@@ -134,7 +137,7 @@ def _quieter(data: Data, ranked: list[Candidate]) -> float | None:
 def _explained_without_repair(raw: Data, geometric: Fit) -> bool:
     """Whether one fitted effect explains what look like gross errors: a rare jump of one joint moves one marker too."""
     base = fit(raw, geometric.g, ())
-    ranked = _candidates(raw, base, candidate_sites(raw))
+    ranked = candidates(raw, base, candidate_sites(raw))
     return bool(ranked) and excess_of(raw, ranked[0].fit) < _FEW_LEFT * excess_of(raw, base)
 
 
@@ -150,30 +153,6 @@ def _refit(repaired: Repaired, base: Fit) -> tuple[Data, Fit]:
     """Return repaired data whose terms know the model's links, and the model refitted to them."""
     data = replace(repaired.data, problem=repaired.data.problem.with_links(base.g))
     return data, fit(data, base.g, base.effects)
-
-
-def _candidates(data: Data, base: Fit, pairs: list) -> list[Candidate]:
-    """Fitted candidates on top of `base`, the missed poses among them, best first."""
-    candidates = fit_candidates(data, base, pairs)
-    missed = None if any(a.effect.name == "missed_command" for a in base.effects) else find_missed(data, base)
-    if missed is not None:
-        result = fit(data, base.g, (*base.effects, missed))
-        candidates.append(Candidate(missed, result, 2.0 * np.log(len(data.problem.context)) * len(missed.values)))
-    return sorted(candidates, key=lambda candidate: candidate.score)
-
-
-def degrees_of_freedom(data: Data, model: Fit) -> int:
-    """Values minus parameters."""
-    smooth = sum(
-        sum(not p.scanned for p in active.effect.parameters(data.problem.context, active.site))
-        for active in model.effects
-    )
-    return max(data.n_values - len(model.g) - smooth, 1)
-
-
-def excess_of(data: Data, model: Fit) -> float:
-    """Deviance above what noise alone would leave."""
-    return max(float(model.misfit.sum()) - degrees_of_freedom(data, model), 0.0)
 
 
 def p_value_of(data: Data, without: Fit, candidate: Candidate) -> float:
@@ -193,51 +172,22 @@ def p_value_of(data: Data, without: Fit, candidate: Candidate) -> float:
     return float(min(1.0, tries * stats.f.sf(gain / smooth, smooth, free)))
 
 
-def _accepted(data: Data, base: Fit, candidate: Candidate) -> bool:
+def _accepted(data: Data, base: Fit, candidate: Candidate, g: Array) -> bool:
     """Whether a candidate explains the data significantly, and a real share of what is left."""
     gain = float(base.misfit.sum() - candidate.fit.misfit.sum())
-    needed = _FURTHER_SHARE if base.effects else _FIRST_SHARE
-    return gain > needed * excess_of(data, base) and p_value_of(data, base, candidate) < LEVEL
-
-
-def _replace_each(
-    data: Data, base: Fit, progress: Callable[[str], None]
-) -> tuple[Fit, dict[tuple[str, int | None, str | None], tuple[Active, ...]]]:
-    """Try every other effect in the place of each; return the best model and each effect's equivalents."""
-    equivalents: dict[tuple[str, int | None, str | None], tuple[Active, ...]] = {}
-    for attempt in range(3):
-        changed = False
-        equivalents = {}
-        for active in base.effects:
-            progress(f"trying others in the place of {active.label}")
-            rest = tuple(other for other in base.effects if other.key != active.key)
-            without = fit(data, base.g, rest)
-            pairs = candidate_sites(data, base.effects) + [(active.effect, active.site)]
-            ranked = _candidates(data, without, pairs if active.effect.find is None else pairs[:-1])
-            own = _own(ranked, active, base)
-            if attempt < 2 and ranked and ranked[0].score < own.score - _BETTER:
-                base, changed = ranked[0].fit, True
-                break
-            equivalents[active.key] = tuple(
-                other.active
-                for other in ranked
-                if other.active.key != active.key
-                and tied(data, own, other, excess_of(data, without), excess_of(data, own.fit))
-            )[:_MOST_EQUIVALENTS]
-        if not changed:
-            break
-    return base, equivalents
-
-
-def _own(ranked: list[Candidate], active: Active, base: Fit) -> Candidate:
-    """Return the candidate of an effect that is in the model: the better of its new fit and the one it had."""
-    mine = [candidate for candidate in ranked if candidate.active.key == active.key]
-    held = Candidate(active, base, mine[0].complexity if mine else 2.0 * np.log(len(base.misfit)))
-    return min([held, *mine], key=lambda candidate: candidate.score)
+    if p_value_of(data, base, candidate) >= LEVEL:
+        return False
+    if not base.effects:
+        return gain > _FIRST_SHARE * excess_of(data, base)
+    if gain <= _FURTHER_SHARE * excess_of(data, base):
+        return False
+    at_first = excess_of(data, fit(data, g, ()))
+    reduced = float(candidate.fit.misfit.sum()) / degrees_of_freedom(data, candidate.fit)
+    return gain > _LEAST_OF_ALL * at_first or (reduced < _QUIET and gain > _FELT * data.n_values)
 
 
 def _explanation(
-    data: Data, base: Fit, repaired: Repaired, equivalents: dict, considered: list[Candidate]
+    data: Data, untouched: Data, base: Fit, repaired: Repaired, equivalents: Equivalents, considered: list[Candidate]
 ) -> Explanation:
     geometric = fit(data, base.g, ())
     final = fit(data, base.g, base.effects)
@@ -254,6 +204,7 @@ def _explanation(
     causes.sort(key=lambda cause: -cause.explained_share)
     return Explanation(
         data=data,
+        untouched=untouched,
         geometric=geometric,
         final=final,
         causes=tuple(causes),

@@ -24,8 +24,12 @@ Array = NDArray[np.float64]
 
 
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
-    """Angles of the chords of the links when one has the flexibility 1/EI, 1/(N m^2)."""
-    flexibility = values[0]
+    """Angles of the chords of the links when one has the flexibility 1/EI, 1/(N m^2), bent twice to find its rest."""
+    return q + _deflection(context, q + _deflection(context, q, values[0], site), values[0], site)
+
+
+def _deflection(context: Context, q: Array, flexibility: float, site: Site) -> Array:
+    """(N, n) change of the chord angles by the weights at the pose q (N, n)."""
     assert site.joint is not None
     link = site.joint - 1
     masses, tip = context.masses_kg
@@ -37,11 +41,11 @@ def term(context: Context, q: Array, values: Array, site: Site) -> Array:
     load = across * masses[link] / length
     chord = end_force * length**2 / 3 + end_moment * length / 2 + load * length**3 / 8
     slope = end_force * length**2 / 2 + end_moment * length + load * length**3 / 6
-    out = q.copy()
-    out[:, link] += flexibility * chord
+    change = np.zeros_like(q)
+    change[:, link] = flexibility * chord
     if link + 1 < context.arm.n_joints:
-        out[:, link + 1] += flexibility * (slope - chord)
-    return out
+        change[:, link + 1] = flexibility * (slope - chord)
+    return change
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:

@@ -15,28 +15,38 @@ from models.world import World
 
 Array = NDArray[np.float64]
 
-# Of Gaussian noise one point in 10^15 lies farther out; a gross error is also alone in its frame or in time.
-_GROSS = 8.0
-_CALM = 4.0
+# Of Gaussian noise one point in four millions lies farther out; a gross error is also alone in its frame or in time.
+_GROSS = 5.5
+_CALM = 3.5
+# Two detections do not fail by the same vector to within this part of its length.
+_ALIKE = 0.6
 
 
 def find(context: Context, view: View) -> list[tuple[Site, Array]]:
     """Return (row, marker) pairs, flattened, of points that are far off while their surroundings are calm."""
     misfit = view.misfit(view.observed, view.predicted)
+    residual = view.observed - view.predicted
     rows = [
-        (row, column) for row, column in np.argwhere(misfit > _GROSS) if _calm_around(misfit, int(row), int(column))
+        (row, column)
+        for row, column in np.argwhere(misfit > _GROSS)
+        if _calm_in_time(misfit, int(row), int(column)) and _alone_in_frame(misfit, residual, int(row), int(column))
     ]
     return [(Site(), np.array(rows, dtype=float).ravel())] if rows else []
 
 
-def _calm_around(misfit: Array, row: int, column: int) -> bool:
-    """Whether the same marker is where it should be just before and after, and most others in the same frame."""
-    same = misfit[max(0, row - 2) : row + 3, column].copy()
-    same[min(row, 2)] = np.nan
-    others = np.delete(misfit[row], column)
-    calm_in_time = np.nanmedian(same) < _CALM if np.isfinite(same).any() else True
-    calm_in_frame = np.nanmedian(others) < _CALM if np.isfinite(others).any() else True
-    return bool(calm_in_time and calm_in_frame)
+def _calm_in_time(misfit: Array, row: int, column: int) -> bool:
+    """Whether the same marker is where it should be just before and after."""
+    around = misfit[max(0, row - 2) : row + 3, column].copy()
+    around[min(row, 2)] = np.nan
+    return not np.isfinite(around).any() or bool(np.nanmedian(around) < _CALM)
+
+
+def _alone_in_frame(misfit: Array, residual: Array, row: int, column: int) -> bool:
+    """Whether no other marker in the frame is off by much the same: what moves the arm moves several markers alike."""
+    others = np.delete(np.arange(misfit.shape[1]), column)
+    off = others[np.nan_to_num(misfit[row, others]) > _CALM]
+    alike = np.linalg.norm(residual[row, off] - residual[row, column], axis=-1)
+    return not bool((alike < _ALIKE * np.linalg.norm(residual[row, column])).any())
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:

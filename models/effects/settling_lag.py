@@ -1,7 +1,8 @@
 """The picture was taken before the arm arrived.
 
-The term is a first-order approach: of every step a fraction remains when the picture is taken. Where the waits differ,
-the fraction is that of the median wait.
+The term is a first-order approach: of every step a fraction remains when the picture is taken. A bench may wait equally
+long before every picture, or take it when the next command is due; in the latter case the fraction is that of the
+median wait.
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ Array = NDArray[np.float64]
 
 
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
-    """Angles that lack the fraction `values` (n,) of each step."""
-    remaining = np.clip(values, -0.95, 0.99)
-    waits = context.relative_waits
+    """Angles that lack the fraction `values[:n]` of each step."""
+    remaining = np.clip(values[:-1], -0.95, 0.99)
+    waits = context.relative_waits if values[-1] else np.ones(len(context))
     out = np.empty_like(q)
     state = q[0]
     for row in range(len(q)):
@@ -37,12 +38,18 @@ def term(context: Context, q: Array, values: Array, site: Site) -> Array:
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
-    return tuple(Parameter(f"remaining{joint + 1}", (-0.5, 0.98), 0.3) for joint in range(context.arm.n_joints))
+    return (
+        *(Parameter(f"remaining{joint + 1}", (-0.5, 0.98), 0.3) for joint in range(context.arm.n_joints)),
+        Parameter("until_next_command", (0.0, 1.0), 1.0, scanned=True),
+    )
 
 
 def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    if around is not None:
+        return []
     n = context.arm.n_joints
-    return [] if around is not None else [np.full(n, fraction) for fraction in (0.05, 0.4)]
+    waits = (0.0,) if np.ptp(context.relative_waits[1:]) < 1e-6 else (0.0, 1.0)
+    return [np.array([*np.full(n, fraction), wait]) for fraction in (0.05, 0.4) for wait in waits]
 
 
 # --- how the simulated bench makes it ---

@@ -34,6 +34,9 @@ def hand_separation(data: Data, space: Space, groups: list[Rivals]) -> Iterator[
         found: Found = []
         for group in groups:
             pairs: dict[tuple[int, int], float] = {}
+            if not any(active is not None and active.effect.stage == Stage.CAMERA for active in group.effects):
+                found.append(pairs)  # neither says anything of the camera, so neither would a gauge or another view
+                continue
             for true, other in permutations(range(len(group.models)), 2):
                 pair = (min(true, other), max(true, other))
                 distance = difference(data, candidate, group.models[true], group.models[other])

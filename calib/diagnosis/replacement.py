@@ -1,0 +1,62 @@
+"""The backward step: every cause is taken out once and all others are tried in its place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from calib.diagnosis.candidates import Candidate, candidate_sites, candidates
+from calib.diagnosis.fit import Data, Fit, excess_of, fit
+from calib.diagnosis.ties import tied
+from models.effects.predict import Active
+
+Key = tuple[str, int | None, str | None]
+Equivalents = dict[Key, tuple[Active, ...]]
+
+_MOST_ATTEMPTS = 4
+# Of more ties than these the best are listed; the rest is as good as unknown.
+_MOST_EQUIVALENTS = 2
+
+
+def settle(data: Data, base: Fit, progress: Callable[[str], None]) -> tuple[Fit, Equivalents]:
+    """Return the model in which every cause is the simplest of those that explain its part best, and their ties."""
+    equivalents: Equivalents = {}
+    for attempt in range(_MOST_ATTEMPTS):
+        replaced = None
+        equivalents = {}
+        for active in base.effects:
+            progress(f"trying others in the place of {active.label}")
+            ties = _ties(data, base, active)
+            simplest = min(ties, key=lambda candidate: (candidate.complexity, candidate.score))
+            if simplest.active.key != active.key and attempt < _MOST_ATTEMPTS - 1:
+                replaced = simplest.fit
+                break
+            others = [candidate.active for candidate in ties if candidate.active.key != active.key]
+            equivalents[active.key] = tuple(others[:_MOST_EQUIVALENTS])
+        if replaced is None:
+            break
+        base = replaced
+    return base, equivalents
+
+
+def _ties(data: Data, base: Fit, active: Active) -> list[Candidate]:
+    """List the best candidate in the place of `active` and those that the data cannot tell from it, best first."""
+    rest = tuple(other for other in base.effects if other.key != active.key)
+    without = fit(data, base.g, rest)
+    pairs = candidate_sites(data, base.effects)
+    if active.effect.find is None:
+        pairs = [*pairs, (active.effect, active.site)]
+    ranked = candidates(data, without, pairs)
+    own = _own(ranked, active, base)
+    ranked = sorted([own, *(c for c in ranked if c.active.key != active.key)], key=lambda candidate: candidate.score)
+    best = ranked[0]
+    excess, remaining = excess_of(data, without), excess_of(data, best.fit)
+    return [best, *(other for other in ranked[1:] if tied(data, best, other, excess, remaining))]
+
+
+def _own(ranked: list[Candidate], active: Active, base: Fit) -> Candidate:
+    """Return the candidate of an effect that is in the model: the better of its new fit and the one it had."""
+    mine = [candidate for candidate in ranked if candidate.active.key == active.key]
+    held = Candidate(active, base, mine[0].complexity if mine else 2.0 * float(np.log(len(base.misfit))))
+    return min([held, *mine], key=lambda candidate: candidate.score)
