@@ -75,8 +75,8 @@ class HardwareBench:
         try:
             self.link.connect()
             self.webcam.open()
-            self.noise = self._measure_noise()
             self._refuse_bad_picture(to_grey(self.webcam.newest().image))
+            self.noise = self._measure_noise()
         except BaseException:
             self.close()
             raise

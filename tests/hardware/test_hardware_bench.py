@@ -1,0 +1,183 @@
+"""The bench against the real firmware in the emulator and a stream whose scene follows the pulses."""
+
+import threading
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hardware.bench_file import BenchSetup
+from hardware.bench_tables import CameraSettings
+from hardware.emulator import FirmwareEmulator, missing_packages
+from hardware.emulator.mjpeg import MjpegServer, to_jpeg
+from hardware.hardware_bench import HardwareBench
+from models.bench import Bench
+from models.camera import Camera
+from models.errors import InputError, JobError
+from tests.support.bench import Scene
+
+pytestmark = [
+    pytest.mark.avr,
+    pytest.mark.skipif(bool(missing_packages()), reason=missing_packages() or "present"),
+]
+
+
+class Filmed:
+    """Turns the scene's bar with the first servo's pulses and streams it."""
+
+    def __init__(self, board: FirmwareEmulator) -> None:
+        self.server = MjpegServer()
+        self.spoil = lambda image: image
+        self._board = board
+        self._scene = Scene()
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        while not self._stop.wait(0.02):
+            width = self._board.widths_us()[0]
+            if np.isfinite(width):
+                self._scene.angle_rad = round((width - 1500.0) / 636.62, 2)
+            self.server.publish(to_jpeg(self.spoil(self._scene.picture())))
+
+    def close(self) -> None:
+        self._stop.set()
+        self._thread.join()
+        self.server.close()
+
+
+@pytest.fixture
+def board() -> Iterator[FirmwareEmulator]:
+    with FirmwareEmulator() as emulator:
+        yield emulator
+
+
+@pytest.fixture
+def filmed(board: FirmwareEmulator) -> Iterator[Filmed]:
+    running = Filmed(board)
+    yield running
+    running.close()
+
+
+@pytest.fixture
+def wired(setup: BenchSetup, board: FirmwareEmulator, filmed: Filmed) -> BenchSetup:
+    camera = setup.camera
+    small = Camera(640, 360, camera.K, camera.D, camera.R_board_camera, camera.t_board_camera_mm)
+    source = CameraSettings(source=filmed.server.url, calibration="camera.yaml", arm_plane_z_mm=-80.87)
+    fast = setup.motion.model_copy(update={"start_speed_rad_s": 1.0})
+    settle = setup.settle.model_copy(update={"onset_s": 0.3})
+    return replace(setup, port=board.port, camera=small, camera_settings=source, motion=fast, settle=settle)
+
+
+@pytest.fixture
+def bench(wired: BenchSetup) -> Iterator[HardwareBench]:
+    with HardwareBench(wired) as connected:
+        yield connected
+
+
+def limp(board: FirmwareEmulator) -> bool:
+    return board.wait_until(lambda: bool(np.isnan(board.widths_us()).all()), 2.0)
+
+
+def test_is_a_bench(wired: BenchSetup):
+    assert isinstance(HardwareBench(wired), Bench)
+
+
+def test_connecting_sends_no_pulse(bench: HardwareBench, board: FirmwareEmulator):
+    assert np.isnan(board.widths_us()).all()
+    assert board.drain() == []
+
+
+def test_a_move_ends_with_the_mapped_pulses_on_the_pins(bench: HardwareBench, board: FirmwareEmulator):
+    bench.move(np.array([0.2, 0.1, -0.1]))
+
+    np.testing.assert_allclose(board.widths_us(), bench.setup.servo_map.pulses_us(np.array([0.2, 0.1, -0.1])), atol=1.0)
+
+
+def test_the_first_pulses_are_those_of_the_rest_pose_and_no_step_is_a_jump(
+    bench: HardwareBench, board: FirmwareEmulator
+):
+    bench.move(np.array([0.9, 0.0, 0.0]))
+
+    widths = [pulse.width_us for pulse in board.drain() if pulse.servo == 0]
+    assert widths[0] == pytest.approx(1500.0, abs=1.0)
+    assert np.abs(np.diff(widths)).max() <= 41.0  # the firmware's slew limit is 40 us a period
+
+
+def test_a_picture_shows_the_arm_where_it_was_moved(bench: HardwareBench):
+    bench.move(np.array([0.3, 0.0, 0.0]))
+    shown = bench.capture().image
+    wanted = Scene()
+    wanted.angle_rad = 0.3
+
+    assert np.abs(shown.astype(int) - wanted.picture()).mean() < 5.0
+
+
+def test_time_runs_from_picture_to_picture(bench: HardwareBench):
+    bench.move(np.array([0.1, 0.0, 0.0]))
+    first = bench.capture().time_s
+    bench.move(np.array([0.2, 0.0, 0.0]))
+
+    assert 0.0 < first < bench.capture().time_s
+
+
+@pytest.mark.parametrize("q", [[1.3, 0.0, 0.0], [0.0, np.nan, 0.0], [0.0, 0.0]])
+def test_a_pose_outside_the_limits_arms_nothing(bench: HardwareBench, board: FirmwareEmulator, q: list[float]):
+    with pytest.raises(InputError):
+        bench.move(np.array(q))
+
+    assert board.drain() == []
+
+
+def test_too_long_a_step_is_not_sent(bench: HardwareBench, board: FirmwareEmulator):
+    bench.move(np.array([0.0, 0.0, 0.0]))
+    before = board.widths_us()
+
+    with pytest.raises(InputError, match=r"joint 1 turns 0\.6000 rad in one step"):
+        bench.move(np.array([0.6, 0.0, 0.0]))
+
+    np.testing.assert_allclose(board.widths_us(), before, atol=1.0)
+
+
+def test_closing_detaches_and_is_safe_twice(wired: BenchSetup, board: FirmwareEmulator):
+    bench = HardwareBench(wired)
+    bench.connect()
+    bench.move(np.array([0.1, 0.0, 0.0]))
+    bench.close()
+    bench.close()
+
+    assert limp(board)
+
+
+def test_an_error_in_the_callers_block_detaches(wired: BenchSetup, board: FirmwareEmulator):
+    def fail_after_a_move() -> None:
+        with HardwareBench(wired) as bench:
+            bench.move(np.array([0.1, 0.0, 0.0]))
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail_after_a_move()
+
+    assert limp(board)
+
+
+def test_a_black_picture_is_refused_before_anything_is_armed(
+    wired: BenchSetup, board: FirmwareEmulator, filmed: Filmed
+):
+    filmed.spoil = lambda image: (image // 40).astype(np.uint8)
+
+    with pytest.raises(JobError, match="the picture is black"):
+        HardwareBench(wired).connect()
+
+    assert board.drain() == []
+
+
+def test_a_camera_that_is_not_there_leaves_the_port_free(wired: BenchSetup, filmed: Filmed):
+    gone = wired.camera_settings.model_copy(update={"source": filmed.server.url + "x"})
+    with pytest.raises(InputError, match="cannot be opened"):
+        HardwareBench(replace(wired, camera_settings=gone)).connect()
+
+    with HardwareBench(wired) as bench:
+        assert bench.hello.n_servos == 3
