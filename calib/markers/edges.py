@@ -37,6 +37,10 @@ _GROUND_RADII, _CLEAR_BLURS, _LEAST_OUT_BLURS = 0.3, 1.5, 1.5
 _FIRST_REACH, _FIRST_REACH_RADII, _FIRST_REACH_LEAST = 8.0, 0.6, 3.5
 # A pixel's own width is a blur of 0.29 px and interpolation adds about as much.
 BLUR_LEAST, BLUR_MOST = 0.45, 5.0
+# A normal is unlike the others where its remainder is over five times their usual one and over 3 % of the contrast.
+_UNLIKE, _UNLIKE_CONTRAST = 5.0, 0.03
+# How far from what hides the outline normals are left out.
+_GAP_BLURS, _GAP_PX = 2.0, 3.0
 # Bilinear interpolation at uniformly spread places keeps (2/3)^2 of the variance of white pixel noise.
 _INTERPOLATED_NOISE = 4.0 / 9.0
 
@@ -147,13 +151,17 @@ def find_edges(image: Image, centre: Array, shape: Array, normals: int, blur: Ar
     along_widening = (remainder @ widening[..., None])[..., 0]
     widening_power = (widening**2).sum(axis=-1, keepdims=True)
     growth = np.clip(masked_median(along_widening / widening_power, mask), -0.3 * blur, 0.3 * blur)
-    mask &= np.abs(shift) < 1.5 * blur[:, None]
 
     # What is left when the better edge is taken out is noise: two of its S degrees of freedom are spent.
     left = (remainder**2).sum(axis=-1) - along_slope**2 / slope_power - along_widening**2 / widening_power
-    variance = masked_median(left, mask) / (remainder.shape[-1] - 2)
+    usual = masked_median(left, mask)
+    variance = usual / (remainder.shape[-1] - 2)
     relative_noise = np.sqrt(np.maximum(variance, 0.0) / _INTERPOLATED_NOISE)
     arc = 2.0 * np.pi * lines.radius / normals
+
+    unlike = np.maximum(_UNLIKE * usual, remainder.shape[-1] * _UNLIKE_CONTRAST**2)[:, None]
+    mask &= (np.abs(shift) < 1.5 * blur[:, None]) & (left < unlike)
+    mask = _away_from_gaps(mask, (_GAP_BLURS * blur + _GAP_PX) / arc)
     # As if each point had the pixels of its arc to itself: noise^2 / (arc * integral of slope^2 = 1 / (2 sqrt(pi) s)).
     edge_std = relative_noise * np.sqrt(2.0 * np.sqrt(np.pi) * blur / arc)
     return EdgePoints(
@@ -165,6 +173,22 @@ def find_edges(image: Image, centre: Array, shape: Array, normals: int, blur: Ar
         edge_std=edge_std,
         level_std=levels.std,
     )
+
+
+def _away_from_gaps(mask: Mask, reach: Array) -> Mask:
+    """(K, T) the mask without the normals within `reach` (K,) places of one that is not an edge of the disc.
+
+    What covers a part of the outline also spoils its neighbours, less and less visibly.
+    """
+    if mask.all():
+        return mask
+    T = mask.shape[1]
+    gaps = ~mask
+    spoilt = gaps.copy()
+    for lag in range(1, min(int(reach.max()), T // 4) + 1):
+        near = gaps & (reach >= lag)[:, None]
+        spoilt |= np.roll(near, lag, axis=1) | np.roll(near, -lag, axis=1)
+    return ~spoilt
 
 
 def _reach(minor: Array, blur: Array) -> tuple[Array, Array]:

@@ -34,7 +34,7 @@ _BASE_MM = 4.0
 _SIZE_LOG = 0.12
 # Costs, in squared standard deviations.
 HIDDEN_COST = 25.0
-_COMMAND_CAP, _BASE_CAP, _SIZE_CAP = 30.0, 16.0, 20.0
+_COMMAND_CAP, _BASE_CAP, _SIZE_CAP = 30.0, 16.0, 60.0
 # Explanations whose cost is within three standard deviations of the best are alike.
 ALIKE = 9.0
 

@@ -11,16 +11,20 @@ from __future__ import annotations
 import numpy as np
 
 from calib.markers.candidates import Candidate, find_candidates, red_channel
-from calib.markers.disc import Array, DetectorConfig, Disc, Image, Mask
+from calib.markers.disc import WHOLE, Array, DetectorConfig, Disc, Image, Mask
 from calib.markers.edges import EdgePoints, find_edges, first_edges, n_normals
 from calib.markers.ellipse import Ellipses, fit_ellipses, semi_axes
 from models.camera import Camera, back_project, project, project_jacobian
 
 # Relative difference of the semi-axes that is believed without evidence, one standard deviation: on the disc's plane
-# an orientation 2 degrees off at a tilt of 10; in raw pixels of an unknown camera a disc seen 25 degrees askew.
-_PRIOR_ON_PLANE, _PRIOR_IN_PIXELS = 0.005, 0.1
-# Passes after the first, coarse one: each squares the remaining error of about half a blur.
-_PASSES = 2
+# an orientation 2 degrees off at a tilt of 10; in raw pixels of an unknown camera a disc seen 15 degrees askew.
+_PRIOR_ON_PLANE, _PRIOR_IN_PIXELS = 0.005, 0.02
+# Passes after the first, coarse one: each squares the remaining error of about half a blur. More are made while a disc
+# still moves by more than this share of its blur, as a half hidden one does, whose first ellipse is poor.
+_LEAST_PASSES, _MOST_PASSES, _STANDING_BLURS = 2, 6, 0.1
+# What hides a part of an outline still bends its visible neighbours a little: standard deviation of a coordinate of the
+# centre that is allowed for it, blurs. Found from straight covers at any angle and depth.
+_SPILL_BLURS = 0.03
 # Robust weight above which an edge point counts as seen.
 _KEPT_WEIGHT = 0.3
 
@@ -38,7 +42,16 @@ def detect_subpixel(
     for group in (small, large):  # one number of normals a group
         if group:
             discs += _measure(red, group, camera, plane_z_mm, config)
-    return tuple(sorted(discs, key=lambda disc: float(disc.centre[0])))
+    return tuple(sorted(_distinct(discs), key=lambda disc: float(disc.centre[0])))
+
+
+def _distinct(discs: list[Disc]) -> list[Disc]:
+    """Drop what lies on a better seen disc: the two sides of a cable across a disc are found as one disc each."""
+    kept: list[Disc] = []
+    for disc in sorted(discs, key=lambda d: -d.coverage * float(d.axes[0])):
+        if all(np.linalg.norm(disc.centre - k.centre) > 0.7 * max(disc.axes[0], k.axes[0]) for k in kept):
+            kept.append(disc)
+    return kept
 
 
 def _measure(
@@ -48,14 +61,18 @@ def _measure(
     shape = np.stack([c.shape for c in candidates])
     normals = n_normals(max(c.radius for c in candidates))
     to_plane = _local_plane(camera, centre, plane_z_mm)
-    edges = first_edges(red, centre, shape, normals)
-    for _ in range(_PASSES):
+    edges = first_edges(red, centre, shape, normals // 2)
+    for number in range(_MOST_PASSES):
+        last = centre
         centre, shape = _refit(edges, centre, to_plane, camera)
         good = _plausible(edges, centre, shape, config)
         if not good.any():
             return []
+        moved = np.linalg.norm(centre - last, axis=-1) > _STANDING_BLURS * edges.blur
         centre, shape, to_plane = centre[good], shape[good], to_plane[good]
         edges = find_edges(red, centre, shape, normals, edges.blur[good], edges.noise[good])
+        if number + 1 >= _LEAST_PASSES and not moved[good].any():
+            break
     return _discs(edges, centre, shape, camera, plane_z_mm, config)
 
 
@@ -109,9 +126,10 @@ def _discs(
         centres = project(camera, on_plane)
         J = project_jacobian(camera, on_plane)[..., :2]
         covariances = J @ covariances @ J.transpose(0, 2, 1)
-    covariances = covariances + (edges.level_std**2)[:, None, None] * np.eye(2)
     kept = fit.weights > _KEPT_WEIGHT
     coverage = kept.mean(axis=-1)
+    spill = np.where(coverage < WHOLE, _SPILL_BLURS * edges.blur, 0.0)
+    covariances = covariances + (edges.level_std**2 + spill**2)[:, None, None] * np.eye(2)
     axes = semi_axes(shape)
     chosen = _plausible(edges, centre, shape, config) & (coverage >= config.min_coverage)
     return [
