@@ -199,22 +199,24 @@ def test_the_scenarios_text_is_escaped_in_the_report(run: Path) -> None:
     assert "<of everything>" not in page
 
 
-@pytest.mark.parametrize("stage", ["capture_before", "calibration"])
-def test_a_run_killed_in_the_middle_goes_on_and_ends_with_the_same_bytes(
-    run: Path, scenario: Path, tmp_path: Path, stage: str
-) -> None:
-    """Killed while pictures are being taken, and after the arm was calibrated."""
-    out = tmp_path / "killed"
+def _run_until(exists: Path, scenario: Path, out: Path) -> None:
+    """Start a run and kill it, workers and all, as soon as a file or folder is there."""
     process = start("run", scenario, "--out", out)
-    waited_for = {"capture_before": out / "board", "calibration": out / "stages" / "calibration.json"}[stage]
-    deadline = time.monotonic() + 300
-    while not waited_for.exists() and process.poll() is None and time.monotonic() < deadline:
+    while not exists.exists() and process.poll() is None:
         time.sleep(0.02)
     with contextlib.suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)
     process.communicate()
     assert not (out / "results.json").exists(), "it was done before it could be killed"
 
+
+def test_a_run_killed_twice_in_the_middle_goes_on_and_ends_with_the_same_bytes(
+    run: Path, scenario: Path, tmp_path: Path
+) -> None:
+    """Killed while pictures are being taken, and after the arm was calibrated."""
+    out = tmp_path / "killed"
+    _run_until(out / "board", scenario, out)
+    _run_until(out / "stages" / "calibration.json", scenario, out)
     again = start("run", scenario, "--out", out)
     _, errors = again.communicate()
     assert again.returncode == 0, errors
