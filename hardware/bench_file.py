@@ -77,6 +77,9 @@ def read_bench(path: Path) -> BenchSetup:
             f"{path.name}: camera.calibration: '{table.camera.calibration}' has no pose of the board "
             "(board_to_camera_rotation, board_to_camera_translation_mm); take it with armtwin calibrate-camera"
         )
+    if not table.camera.source.startswith(("/dev/", "http://", "https://")):
+        video = str(beside(path, "camera.source", table.camera.source))
+        table = table.model_copy(update={"camera": table.camera.model_copy(update={"source": video})})
     return setup_of(table, arm, camera)
 
 

@@ -132,6 +132,7 @@ def film(
 
     Sends ("ready", port, url) or ("failed", message) first; then answers each word with ("done",) or its result.
     """
+    os.setsid()  # Ctrl-C at the terminal is for the host: a bench does not hear it
     try:
         with FirmwareEmulator(speed=speed) as board, MjpegServer() as server:
             scene = Film(make_world(), servo_map, sensor, shadows)

@@ -87,6 +87,19 @@ def test_camera_file_outside_the_folder_is_refused(bench_table: dict[str, Any], 
     assert "camera.calibration: '../camera.yaml' leaves the bench file's folder" in refusal(write_bench(bench_table))
 
 
+def test_a_video_is_looked_for_beside_the_bench_file(bench_table: dict[str, Any], write_bench: Write, tmp_path: Path):
+    bench_table["camera"]["source"] = "film.avi"
+    (tmp_path / "film.avi").write_bytes(b"")
+
+    assert read_bench(write_bench(bench_table)).camera_settings.source == str(tmp_path / "film.avi")
+
+
+def test_a_missing_video_is_named(bench_table: dict[str, Any], write_bench: Write):
+    bench_table["camera"]["source"] = "film.avi"
+
+    assert "camera.source: no file 'film.avi'" in refusal(write_bench(bench_table))
+
+
 def test_missing_camera_file_is_named(bench_table: dict[str, Any], write_bench: Write):
     bench_table["camera"]["calibration"] = "webcam.yaml"
 
