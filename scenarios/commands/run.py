@@ -8,7 +8,9 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
+from scenarios.report.line_figures import LABELS
 from scenarios.runner.job import Job, alone, open_job
 from scenarios.runner.run import run_stages
 from scenarios.runner.stages import STAGES
@@ -27,9 +29,10 @@ def run_command(
     out: Annotated[Path, typer.Option("--out", help="Folder for the results; a killed run there is gone on with.")],
     workers: Annotated[int, typer.Option("--workers", min=1, max=2, help="Processes that work at a time.")] = 2,
 ) -> None:
-    """Run a scenario: camera, gauges, trajectories, calibrations, and the validation line before and after.
+    """Run a scenario: camera, gauges, trajectories, calibrations, diagnosis, and the validation line three times.
 
-    Writes results.json, truth.json, report.html (one file that opens offline) and the recordings with their frames.
+    Writes results.json, truth.json, report.html (one file that opens offline), the recordings with their frames, and
+    diagnosis/ with what was found beyond the geometry and the twin that was extended by it.
 
     Example: armtwin run paper --out out/paper
     """
@@ -43,10 +46,10 @@ def run_command(
 
 
 def _print(console: Console, job: Job) -> None:
-    found = job.load("validation")
-    table = Table("validation", "mean error, mm", "largest, mm", title=job.scenario.title)
-    for label, name in (("before calibration", "before"), ("after calibration", "after")):
-        run = found["runs"][name]
-        table.add_row(label, f"{run['mean_mm']:.3f}", f"{run['max_mm']:.3f}")
+    gain = job.load("gain")
+    table = Table("validation", "mean error, mm", "largest, mm", "reduced by", title=job.scenario.title)
+    for row in gain["rows"]:
+        less = "" if row["run"] == "before" else f"{row['reduction_percent']:.1f} %"
+        table.add_row(LABELS[row["run"]], f"{row['mean_mm']:.3f}", f"{row['max_mm']:.3f}", less)
     console.print(table)
-    console.print(f"Reduced by {found['reduction_percent']:.1f} %")
+    console.print(Text(job.load("diagnose")["words"]["headline"]))

@@ -1,4 +1,4 @@
-"""What the run says about what is left, and what was found about the paper."""
+"""What was found about the paper."""
 
 from __future__ import annotations
 
@@ -11,31 +11,6 @@ from scenarios import paper_values as paper
 from scenarios.report.data import RunData
 from scenarios.report.section import Section, number, table
 from scenarios.runner.paper_checks import printed_equation_8_error_mm
-
-
-def injected_section(run: RunData) -> Section:
-    """List what was done to this bench, now that it has been looked for."""
-    effects = run.truth["effects"]
-    rows = [
-        [
-            effect["effect"],
-            f"joint {effect['joint']}" if effect["joint"] else (effect["marker"] or "whole arm or camera"),
-            ", ".join(f"{name} = {value:g}" for name, value in effect["parameters"].items()),
-        ]
-        for effect in effects
-    ]
-    left = run.results["validation"]["mean_after_mm"]
-    lead = (
-        f"{left:.2f} mm are left although lengths and angles are right: this bench also has the faults below, which no "
-        "length or angle can stand for. They were chosen by us (the scenario file says why), built into the physics, "
-        "and are shown here only because this is a simulation."
-        if effects
-        else f"This bench has geometric errors only; {left:.3f} mm are left on the line."
-    )
-    blocks = (
-        (table(["fault", "where", "how much"], rows, "Injected beside the geometry (truth.json)."),) if rows else ()
-    )
-    return Section("left", "What geometry cannot explain", lead, blocks)
 
 
 def paper_section(run: RunData) -> Section:

@@ -1,4 +1,4 @@
-"""Stages that move the arm and take pictures: before calibration all trajectories, after it the validation's again."""
+"""Stages that move the arm and take pictures: before calibration all trajectories, then the validation's twice more."""
 
 from __future__ import annotations
 
@@ -38,17 +38,36 @@ def capture_after(job: Job, tick: Tick) -> dict[str, Any]:
     return _capture(job, "after", commands, samples_before(job.scenario, "after"), tick)
 
 
+def capture_extended(job: Job, tick: Tick) -> dict[str, Any]:
+    """Run the validation trajectory again, with the commands of the extended twin.
+
+    Play and friction remember where the arm came from, so it first does, unseen, all that it did in the recording
+    that the twin was extended by: there the commands of the extended twin go on.
+    """
+    name = job.scenario.validate_on
+    commands = {name: np.array(job.load("diagnose")["q_cmd_rad"])}
+    approach = np.array(job.load("capture_before")["q_cmd_rad"])
+    return _capture(job, "extended", commands, samples_before(job.scenario, "extended"), tick, approach)
+
+
 def samples_before(scenario: ScenarioFile, recording: str) -> int:
     """Return how many poses the bench has run before a recording of this run."""
-    return 0 if recording == "before" else sum(path.samples for path in scenario.trajectories.values())
+    first, line = (
+        sum(path.samples for path in scenario.trajectories.values()),
+        scenario.trajectories[scenario.validate_on],
+    )
+    return {"before": 0, "after": first, "extended": first + line.samples}[recording]
 
 
-def _capture(job: Job, recording: str, commands: dict[str, Array], earlier: int, tick: Tick) -> dict[str, Any]:
-    """Take one picture a pose into `recordings/<recording>/frames`, all or none of them."""
+def _capture(
+    job: Job, recording: str, commands: dict[str, Array], earlier: int, tick: Tick, approach: Array | None = None
+) -> dict[str, Any]:
+    """Take one picture a pose into `recordings/<recording>/frames`, all or none of them; none of the `approach`."""
     q_cmd = np.concatenate(list(commands.values()))
-    bench = simulated_bench(job.scenario, recording, len(q_cmd), earlier)
+    unseen = q_cmd[:0] if approach is None else approach
+    bench = simulated_bench(job.scenario, recording, len(unseen) + len(q_cmd), earlier)
     with folder_aside(job.recordings / recording / "frames") as folder:
-        times = _follow(bench, q_cmd, lambda number, image: write_frame(folder, number, image), tick)
+        times = _follow(bench, unseen, q_cmd, lambda number, image: write_frame(folder, number, image), tick)
     return {
         "trajectory": [name for name, q in commands.items() for _ in q],
         "q_cmd_rad": q_cmd,
@@ -56,10 +75,12 @@ def _capture(job: Job, recording: str, commands: dict[str, Array], earlier: int,
     }
 
 
-def _follow(bench: Bench, q_cmd: Array, keep: Callable[[int, Image], None], tick: Tick) -> list[float]:
+def _follow(bench: Bench, approach: Array, q_cmd: Array, keep: Callable[[int, Image], None], tick: Tick) -> list[float]:
     times = []
     bench.connect()
     try:
+        for q in approach:
+            bench.move(q)
         for number, q in enumerate(q_cmd):
             bench.move(q)
             frame = bench.capture()

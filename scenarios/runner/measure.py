@@ -28,6 +28,11 @@ def measure_after(job: Job, tick: Tick) -> dict[str, Any]:
     return _measure(job, "after", (), tick)
 
 
+def measure_extended(job: Job, tick: Tick) -> dict[str, Any]:
+    """Measure the markers in the frames taken with the commands of the extended twin."""
+    return _measure(job, "extended", (), tick)
+
+
 def recorded(job: Job, recording: str) -> Recording:
     """Return a recording of this run, measured by the default detector."""
     return read_recording(job.recordings / recording)

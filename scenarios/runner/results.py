@@ -13,6 +13,7 @@ from models.recording_reader import camera_from_table
 from models.validation import CameraTable, check
 from scenarios import paper_values as paper
 from scenarios.runner.job import Job
+from scenarios.runner.named import diagnosis_results
 from scenarios.runner.truth import truth_table
 from scenarios.runner.worker import Tick
 from scenarios.runner.world import declared_arm, true_camera, true_deviation
@@ -40,8 +41,10 @@ def gather(job: Job, tick: Tick) -> dict[str, Any]:
             "5_and_6": job.load("validation"),
         },
         "camera": {key: job.load("camera")[key] for key in ("rms_px", "per_view_rms_px", "views")},
-        "markers": {name: _unseen(job, name) for name in ("before", "after")},
+        "markers": {name: _unseen(job, name) for name in ("before", "after", "extended")},
         "validation": _validation(job),
+        "diagnosis": diagnosis_results(job),
+        "gain": job.load("gain"),
     }
     atomic.write_json(job.out / "results.json", results)
     tick(1, 1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scenarios.runner import calibration, camera, capture, gauges, measure, report, results, validation
+from scenarios.runner import calibration, camera, capture, diagnosis, gain, gauges, measure, report, results, validation
 from scenarios.runner.run import Stage
 
 STAGES: dict[str, Stage] = {
@@ -15,6 +15,10 @@ STAGES: dict[str, Stage] = {
     "capture_after": Stage("Corrected line", ("calibration",), capture.capture_after),
     "measure_after": Stage("Markers in its frames", ("camera", "capture_after"), measure.measure_after),
     "validation": Stage("Validation", ("measure_before", "measure_after"), validation.validate),
-    "results": Stage("Results", ("gauges", "validation"), results.gather),
+    "diagnose": Stage("Diagnosis and extended twin", ("measure_before",), diagnosis.diagnose_arm),
+    "capture_extended": Stage("Line by the extended twin", ("diagnose",), capture.capture_extended),
+    "measure_extended": Stage("Markers in its frames", ("camera", "capture_extended"), measure.measure_extended),
+    "gain": Stage("Gain", ("validation", "measure_extended"), gain.measure_gain),
+    "results": Stage("Results", ("gauges", "gain"), results.gather),
     "report": Stage("Report", ("results",), report.write_report),
 }

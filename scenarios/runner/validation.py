@@ -26,7 +26,7 @@ def validate(job: Job, tick: Tick) -> dict[str, Any]:
     for number, name in enumerate(("before", "after")):
         recording = recorded(job, name)
         rows = np.flatnonzero(recording.trajectory == job.scenario.validate_on)
-        runs[name] = _run(recording, rows, path, _true_tip(job, name, recording)[rows])
+        runs[name] = line_run(recording, rows, path, true_tip(job, name, recording)[rows])
         tick(number + 1, 2)
     before, after = runs["before"]["mean_mm"], runs["after"]["mean_mm"]
     return {
@@ -39,7 +39,7 @@ def validate(job: Job, tick: Tick) -> dict[str, Any]:
     }
 
 
-def _run(recording: Recording, rows: NDArray[np.int64], path: Array, true_mm: Array) -> dict[str, Any]:
+def line_run(recording: Recording, rows: NDArray[np.int64], path: Array, true_mm: Array) -> dict[str, Any]:
     """Equations (11) and (19) on one run of the line; poses without A or F are null and left out of the means."""
     seen_mm, seen_rows, _ = measured_tip(recording, rows)
     measured = np.full((len(rows), 2), np.nan)
@@ -59,10 +59,14 @@ def _run(recording: Recording, rows: NDArray[np.int64], path: Array, true_mm: Ar
     }
 
 
-def _true_tip(job: Job, name: str, recording: Recording) -> Array:
-    """(N, 2) where the simulated arm's tip truly was relative to A, robot mm: what no bench can tell."""
+def true_tip(job: Job, name: str, recording: Recording, earlier: Recording | None = None) -> Array:
+    """(N, 2) where the simulated arm's tip truly was relative to A, robot mm: what no bench can tell.
+
+    `earlier` is what the same bench had done, unseen, since it was switched on.
+    """
     world = build_world(job.scenario, samples_before(job.scenario, name))
-    points = simulate(world, recording.q_cmd, recording.time_s)
+    done = [recording] if earlier is None else [earlier, recording]
+    points = simulate(world, np.concatenate([r.q_cmd for r in done]), np.concatenate([r.time_s for r in done]))
     column = world.arm.known_markers.index(recording.arm.marker_names[-1])
-    tip: Array = points[:, column, :2]
+    tip: Array = points[-len(recording) :, column, :2]
     return tip

@@ -1,0 +1,102 @@
+"""The validation trajectory as it was run, drawn as in Figures 5 and 6: any number of runs, each in its colour."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import NDArray
+from plotly.subplots import make_subplots
+
+from scenarios.report.style import COLOURS, figure
+
+Array = NDArray[np.float64]
+Runs = Mapping[str, Mapping[str, Any]]
+
+# What the arm was commanded by, in the order of the story.
+LABELS = {"before": "before calibration", "after": "after calibration", "extended": "with the extended twin"}
+
+
+def line_path(commanded_mm: Any, runs: Runs) -> go.Figure:
+    """Return the tip's measured path in the plane; lines join each pose to where it should be."""
+    fig = figure("x, mm", "y, mm", height=470)
+    goal = _array(commanded_mm)
+    fig.add_scatter(
+        x=goal[:, 0], y=goal[:, 1], mode="lines", name="commanded", line={"color": COLOURS["commanded"], "width": 4}
+    )
+    for name, run in runs.items():
+        xy = _array(run["measured_mm"])
+        gap = np.full_like(xy, np.nan)
+        spokes = np.stack([goal, xy, gap], axis=1).reshape(-1, 2)
+        fig.add_scatter(
+            x=spokes[:, 0],
+            y=spokes[:, 1],
+            mode="lines",
+            showlegend=False,
+            hoverinfo="skip",
+            line={"color": COLOURS[name], "width": 0.7},
+        )
+        dots = {"color": COLOURS[name], "size": 6}
+        fig.add_scatter(x=xy[:, 0], y=xy[:, 1], mode="markers", name=LABELS[name], marker=dots)
+    fig.update_yaxes(scaleanchor="x")
+    return fig
+
+
+def line_displacements(commanded_mm: Any, runs: Runs) -> go.Figure:
+    """Return x and y along the line, commanded and measured (Figure 5)."""
+    fig = make_subplots(rows=1, cols=2, subplot_titles=["along x", "along y"])
+    series = [("commanded", COLOURS["commanded"], _array(commanded_mm))]
+    series += [(LABELS[name], COLOURS[name], _array(run["measured_mm"])) for name, run in runs.items()]
+    for axis in range(2):
+        for name, colour, xy in series:
+            fig.add_scatter(
+                y=xy[:, axis],
+                row=1,
+                col=axis + 1,
+                mode="lines",
+                name=name,
+                legendgroup=name,
+                line={"color": colour, "width": 2},
+                showlegend=axis == 0,
+            )
+        fig.update_yaxes(title=f"{'xy'[axis]}, mm", col=axis + 1)
+    fig.update_xaxes(title="pose")
+    fig.update_layout(
+        template="plotly_white",
+        height=360,
+        margin={"l": 60, "r": 20, "t": 40, "b": 50},
+        legend={"orientation": "h", "y": 1.1, "yanchor": "bottom"},
+    )
+    return fig
+
+
+def line_error(runs: Runs, paper_mean_mm: Mapping[str, float], noise_floor_mm: float | None = None) -> go.Figure:
+    """Return the tip's distance from where it should be (Figure 6), as measured and, thin, as it truly was.
+
+    Dashed are the paper's means, mm by run, and dotted the mean that a perfect arm would be measured to have.
+    """
+    fig = figure("pose", "error, mm")
+    thin = {"color": COLOURS["truth"], "width": 1}
+    for name, run in runs.items():
+        label, dots = LABELS[name], {"size": 5}
+        line = {"color": COLOURS[name]}
+        fig.add_scatter(y=run["error_mm"], mode="lines+markers", name=f"{label}, measured", line=line, marker=dots)
+        fig.add_scatter(y=run["true_error_mm"], mode="lines", name=f"{label}, true", line=thin)
+        if name in paper_mean_mm:
+            fig.add_hline(
+                y=paper_mean_mm[name],
+                line={"color": COLOURS["paper"], "dash": "dash"},
+                annotation_text=f"paper's mean {label}",
+                annotation_position="bottom right",
+            )
+    if noise_floor_mm is not None:
+        floor = {"color": COLOURS["commanded"], "dash": "dot"}
+        fig.add_hline(y=noise_floor_mm, line=floor, annotation_text="camera's noise", annotation_position="top right")
+    fig.update_yaxes(rangemode="tozero")
+    return fig
+
+
+def _array(points: Any) -> Array:
+    return np.array(points, dtype=float)

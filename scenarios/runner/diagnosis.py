@@ -1,0 +1,114 @@
+"""What the calibrated arm still gets wrong, and the commands by which its extended twin runs the validation."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from calib.diagnosis.diagnosis import Diagnosis, NamedCause
+from models.effects.correct import Correction, corrected_commands
+from scenarios.diagnosis.findings import estimates_of
+from scenarios.diagnosis.sections import Story, diagnosis_sections
+from scenarios.diagnosis.table import diagnosis_table
+from scenarios.diagnosis.whole import story_of, write_story
+from scenarios.diagnosis.words import gain, headline, missed, why_tied
+from scenarios.report.section import Section
+from scenarios.runner.job import Job
+from scenarios.runner.measure import recorded
+from scenarios.runner.worker import Tick
+
+Array = NDArray[np.float64]
+
+# What `armtwin diagnose` writes, beside the run's own files.
+FOLDER = "diagnosis"
+# Half width of a 95 % interval in standard deviations.
+_Z95 = 1.96
+
+
+def diagnose_arm(job: Job, tick: Tick) -> dict[str, Any]:
+    """Diagnose the recording made before calibration, its validation trajectory held out, and extend the twin.
+
+    Nothing but the recording is known to it. Writes diagnosis.json, report.html and twin.toml into `diagnosis/`.
+    """
+    story = story_of(recorded(job, "before"))
+    tick(1, 2)
+    write_story(job.out / FOLDER, job.scenario.title, story)
+    path = job.scenario.trajectories[job.scenario.validate_on].poses()
+    correction = corrected_line(story.diagnosis, path)
+    tick(2, 2)
+    return {
+        "found": diagnosis_table(story.diagnosis, story.experiment),
+        "causes": [_cause(cause, story.diagnosis) for cause in (*story.diagnosis.causes, *story.diagnosis.suspects)],
+        "words": _words(story),
+        "corrected_with": [active.label for active in story.diagnosis.explanation.final.effects],
+        "q_cmd_rad": correction.q_cmd,
+        "missed_rad": correction.missed_rad,
+        "chapters": [_chapter(section) for section in diagnosis_sections(story)],
+    }
+
+
+def corrected_line(diagnosis: Diagnosis, poses: Array) -> Correction:
+    """Return the commands for (N, 3) poses x mm, y mm, theta rad, by the geometry and the causes that were found.
+
+    They hold on a bench that has just run the commands of the diagnosed recording: play and friction remember them.
+    Models that these poses cannot tell apart predict alike, so of tied causes the one that was fitted serves. Raises
+    `UnreachablePoseError`.
+    """
+    explanation = diagnosis.explanation
+    history = explanation.data.problem.context
+    return corrected_commands(history, diagnosis.geometry.deviation, explanation.final.effects, poses)
+
+
+def _cause(cause: NamedCause, diagnosis: Diagnosis) -> dict[str, Any]:
+    """Return a cause with the interval of each parameter, within what is physically possible."""
+    site, effect = cause.active.site, cause.active.effect
+    known = {p.name: p for p in effect.parameters(diagnosis.problem.context, site)}
+    parameters = []
+    for name, estimate in estimates_of(cause, diagnosis).items():
+        bounds = known[name].bounds if name in known else (0.0, np.inf)
+        reach = _Z95 * estimate.std
+        interval = np.clip([estimate.value - reach, estimate.value + reach], *bounds)
+        switch = name in known and known[name].scanned
+        parameters.append(
+            {
+                "name": name,
+                "value": estimate.value,
+                "std": estimate.std,
+                "interval95": interval,
+                # What is not stated of an injected effect is off; of a switch or a sample nothing is known.
+                "unstated": None if switch or name not in known else known[name].off,
+            }
+        )
+    return {
+        "effect": effect.name,
+        "joint": site.joint,
+        "marker": site.marker,
+        "label": cause.active.label,
+        "explained_percent": cause.explained_percent,
+        "equivalents": [
+            {"effect": other.effect.name, "joint": other.site.joint, "marker": other.site.marker, "label": other.label}
+            for other in cause.equivalents
+        ],
+        "parameters": parameters,
+    }
+
+
+def _words(story: Story) -> dict[str, Any]:
+    return {
+        "headline": headline(story.diagnosis),
+        "gain": gain(story.diagnosis),
+        "resimulated": missed(story.resimulation),
+        "ties": [line for cause in story.diagnosis.causes for line in why_tied(cause)],
+    }
+
+
+def _chapter(section: Section) -> dict[str, Any]:
+    """Return a chapter of the diagnosis' report as text, for the run's report to take up."""
+    return {
+        "slug": section.slug,
+        "title": section.title,
+        "lead": section.lead,
+        "blocks": [str(block) for block in section.blocks],
+    }

@@ -1,0 +1,82 @@
+"""The validation trajectory three times: uncorrected, by the calibrated geometry, and by the extended twin."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scenarios import paper_values as paper
+from scenarios.runner.job import Job
+from scenarios.runner.measure import recorded
+from scenarios.runner.validation import line_run, true_tip
+from scenarios.runner.worker import Tick
+
+Array = NDArray[np.float64]
+
+RUNS = ("before", "after", "extended")
+_PAPER_MEAN_MM = {"before": paper.VALIDATION["mean_before_mm"], "after": paper.VALIDATION["mean_after_mm"]}
+_BOOTSTRAPS = 2000
+# Poses that follow one another share their errors; they are resampled together.
+_BLOCK = 5
+
+
+def measure_gain(job: Job, tick: Tick) -> dict[str, Any]:
+    """Compare the errors on the validation trajectory; intervals are bootstrapped over stretches of it."""
+    before, extended = recorded(job, "before"), recorded(job, "extended")
+    path = job.scenario.trajectories[job.scenario.validate_on].poses()[:, :2]
+    true_mm = true_tip(job, "extended", extended, earlier=before)
+    run = line_run(extended, np.arange(len(extended)), path, true_mm)
+    runs = job.load("validation")["runs"] | {"extended": run}
+    errors = {name: np.array(runs[name]["error_mm"], dtype=float) for name in RUNS}
+    diagnosis = job.load("diagnose")
+    tick(1, 1)
+    return {
+        "trajectory": job.scenario.validate_on,
+        "verdict": diagnosis["found"]["verdict"],
+        "corrected_with": diagnosis["corrected_with"],
+        "rows": [_row(name, runs[name], errors) for name in RUNS],
+        "noise_floor_mm": noise_floor_mm(diagnosis["found"]["held_out"]["noise_floor_mm"]),
+        "run": run,
+    }
+
+
+def noise_floor_mm(marker_rms_mm: float) -> float:
+    """Return the mean error, mm, that would be measured of a tip that is exactly where it should be.
+
+    `marker_rms_mm` is the RMS distance by which a marker is mis-seen. The tip is measured from marker A, mis-seen
+    alike, so the RMS is sqrt(2) times that; the mean length of a vector with two normal parts is sqrt(pi)/2 of its RMS.
+    """
+    return float(np.sqrt(2.0) * np.sqrt(np.pi) / 2.0 * marker_rms_mm)
+
+
+def _row(name: str, run: dict[str, Any], errors: dict[str, Array]) -> dict[str, Any]:
+    error = errors[name]
+    mean, less = _bootstrap(errors["before"], error)
+    return {
+        "run": name,
+        "paper_mean_mm": _PAPER_MEAN_MM.get(name),
+        "mean_mm": run["mean_mm"],
+        "std_of_mean_mm": run["std_of_mean_mm"],
+        "mean_ci95_mm": mean,
+        "std_mm": np.nanstd(error, ddof=1),
+        "max_mm": run["max_mm"],
+        "true_mean_mm": run["true_mean_mm"],
+        "vision_error_mm": run["vision_error_mm"],
+        "reduction_percent": 100.0 * (1.0 - run["mean_mm"] / np.nanmean(errors["before"])),
+        "reduction_ci95_percent": less,
+    }
+
+
+def _bootstrap(before: Array, error: Array) -> tuple[Array, Array]:
+    """95 % intervals of the mean error, mm, and of the percentage that it is below the uncorrected one."""
+    both = np.isfinite(before) & np.isfinite(error)
+    b, e = before[both], error[both]
+    starts = np.arange(0, len(b), _BLOCK)
+    sizes = np.diff([*starts, len(b)])
+    draws = np.random.default_rng(0).integers(0, len(starts), (_BOOTSTRAPS, len(starts)))
+    drawn_b, drawn_e = (np.add.reduceat(values, starts)[draws].sum(axis=1) for values in (b, e))
+    mean = drawn_e / sizes[draws].sum(axis=1)
+    less = 100.0 * (1.0 - drawn_e / drawn_b)
+    return np.percentile(mean, [2.5, 97.5]), np.percentile(less, [2.5, 97.5])
