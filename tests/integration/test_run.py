@@ -118,7 +118,7 @@ def test_six_of_seven_parameters_can_be_known_and_the_gauge_is_named(results: di
 
 def test_every_table_and_figure_of_the_paper_is_there(results: dict[str, Any]) -> None:
     assert set(results["tables"]) == {"1", "2", "3", "4"}
-    assert set(results["figures"]) == {"3", "4", "5_and_6"}
+    assert {"3", "4", "5_and_6"} <= set(results["figures"])
 
 
 def test_the_truth_holds_what_the_contract_names(run: Path) -> None:
