@@ -7,7 +7,8 @@ from the recording, the deviance that B cannot get rid of is
     D' (1 + J C J')^-1 D = min over d of |D - J d|^2 + d' C^-1 d
 
 the criterion of G. Box and W. Hill (Technometrics 9, 1967); without C it is that of W. Hunter and A. Reiner
-(Technometrics 7, 1965). Its square root is the separation in standard deviations.
+(Technometrics 7, 1965). As in theirs, either may be true, so the separation is the root of the mean over A and B: where
+one rival holds the other as a special case (payload with no mass is sag), only one of the two can be refuted.
 """
 
 from __future__ import annotations
@@ -54,15 +55,15 @@ def extended(data: Data, candidate: Candidate, model: Fit) -> Extended:
 
 
 def separations(at: Extended, rivals: Rivals) -> dict[tuple[int, int], float]:
-    """Separation in standard deviations of each pair of rivals, to first order: the smaller of either being true."""
+    """Separation in standard deviations of each pair of rivals, to first order."""
     predicted = [_new(at, model) for model in rivals.models]
     refits = [_Refit(at, model) for model in rivals.models]
     out: dict[tuple[int, int], float] = {}
     for true, other in permutations(range(len(rivals.models)), 2):
         left = refits[other].left_over((predicted[true] - predicted[other]) / at.data.noise)
         pair = (min(true, other), max(true, other))
-        out[pair] = min(out.get(pair, np.inf), float(np.sqrt(left)))
-    return out
+        out[pair] = out.get(pair, 0.0) + 0.5 * left
+    return {pair: float(np.sqrt(mean)) for pair, mean in out.items()}
 
 
 def confirmed(at: Extended, rivals: Rivals) -> dict[tuple[int, int], float]:
@@ -76,8 +77,8 @@ def confirmed(at: Extended, rivals: Rivals) -> dict[tuple[int, int], float]:
         old = replace(data, counts=data.counts & (np.arange(len(observed)) < at.n_old)[:, None])
         before, after = (fit(which, rival.g, rival.effects).deviance for which in (old, data))
         pair = (min(true, other), max(true, other))
-        out[pair] = min(out.get(pair, np.inf), float(np.sqrt(max(after - before, 0.0))))
-    return out
+        out[pair] = out.get(pair, 0.0) + 0.5 * max(after - before, 0.0)
+    return {pair: float(np.sqrt(mean)) for pair, mean in out.items()}
 
 
 class _Refit:
