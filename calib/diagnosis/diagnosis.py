@@ -28,8 +28,16 @@ Verdict = Literal["none", "named", "ambiguous", "unknown"]
 
 # A remainder this many times the declared noise's variance is no noise, whatever it follows.
 _LOUD = 1.5
-# A model that leaves more than this share of what there was to explain has not found the cause.
-_LEFT_SHARE = 0.2
+# No term has exactly the world's form, but a model that leaves more than this share of what there was to explain has
+# not found the cause; nor has one that leaves a lesser share, well above the noise, that plainly follows something.
+_LEFT_SHARE = 0.1
+_PLAIN_SHARE = 0.025
+_PLAIN_NOISE = 2.0
+_PLAIN_TREND = 0.3
+# One flipped step of a threshold effect outweighs a hundred poses, so the worst poses do not count in these shares.
+_WORST_POSES = 0.05
+# Gross errors that make less than this share of all misfit are left out, but are no cause worth naming.
+_GROSS_PERCENT = 2.0
 # Values beyond the number of parameters without which nothing can be decided.
 _SPARE_VALUES = 8
 
@@ -89,7 +97,8 @@ def diagnose(recording: Recording, progress: Callable[[str], None] = lambda _: N
     after = tuple(trends(data, final))
     spread = uncertainty(data, final)
     causes = tuple(_named(explanation, cause, spread.effects_std) for cause in explanation.causes)
-    causes += tuple(_found(active, explanation) for active in explanation.found)
+    found = [_found(active, explanation) for active in explanation.found]
+    causes += tuple(c for c in found if c.active.effect.name != "outliers" or c.explained_percent > _GROSS_PERCENT)
     verdict = _verdict(explanation, after, causes)
     held_out = held_out_gain(problem, explanation, held_rows, names, words)
     return Diagnosis(
@@ -127,19 +136,27 @@ def check_decidable(problem: Problem, rows: Bool) -> None:
 
 
 def _verdict(explanation: Explanation, after: tuple[Trend, ...], causes: tuple[NamedCause, ...]) -> Verdict:
-    data, final = explanation.data, explanation.final
-    free = degrees_of_freedom(data, final)
-    reduced = float(final.misfit.sum()) / free
-    loud = reduced > _LOUD
-    structured = bool(after)
+    reduced = _without_worst(explanation.final.misfit, explanation)
     if not explanation.causes:
-        if structured or loud:
+        if after or reduced > _LOUD:
             return "unknown"
         return "named" if causes else "none"
-    left = explanation.remaining / explanation.excess if explanation.excess > 0 else 0.0
-    if left > _LEFT_SHARE and (structured or loud):
+    before = _without_worst(explanation.geometric.misfit, explanation)
+    left = max(reduced - 1.0, 0.0) / max(before - 1.0, 1e-9)
+    plain = left > _PLAIN_SHARE and reduced > _PLAIN_NOISE and any(trend.share > _PLAIN_TREND for trend in after)
+    if plain or (left > _LEFT_SHARE and (after or reduced > _LOUD)):
         return "unknown"
     return "ambiguous" if any(cause.equivalents for cause in causes) else "named"
+
+
+def _without_worst(misfit: Array, explanation: Explanation) -> float:
+    """Misfit to a value, of all poses but the worst, over what noise alone would leave of as many."""
+    data = explanation.data
+    counted = data.counts.any(axis=1)
+    poses = np.sort(misfit.sum(axis=1)[counted] / data.counts.sum(axis=1)[counted] / data.problem.observed.shape[-1])
+    kept = poses[: max(1, int(np.ceil(len(poses) * (1.0 - _WORST_POSES))))]
+    scale = degrees_of_freedom(data, explanation.final) / data.n_values
+    return float(kept.mean()) / scale
 
 
 def _named(explanation: Explanation, cause: Cause, stds: tuple[Array, ...]) -> NamedCause:

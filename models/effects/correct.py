@@ -1,8 +1,8 @@
 """Inverse kinematics of the extended twin: the commands that bring a real arm, with its effects, to wanted poses.
 
 The geometry alone is inverted in closed form (equations 5 to 9). What the effects add depends on the commands, and for
-play, friction or lag on all the commands before, so the sequence is corrected as a whole: every command is moved by what
-the predicted link angle still misses, until nothing moves.
+play, friction or lag on all the commands before, so the sequence is corrected as a whole: every command is moved by
+what the predicted link angle still misses, until nothing moves.
 """
 
 from __future__ import annotations
