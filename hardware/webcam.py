@@ -30,6 +30,8 @@ OPEN_TIMEOUT_S = 5.0
 # FFmpeg gives up on a silent stream after this; the frozen stream is noticed earlier, by its own bound.
 READ_TIMEOUT_S = 3.0
 _STREAMS = ("http://", "https://")
+# About one compressed picture of 720p.
+_RECEIVE_BUFFER_BYTES = 1 << 18
 # Automatic exposure, and a driver's queue from before the settings, need a few pictures.
 WARM_UP_PICTURES = 3
 _DEFAULT_VIDEO_RATE_HZ = 25.0
@@ -135,6 +137,8 @@ class Webcam:
 
     def _open_device(self) -> cv2.VideoCapture:
         os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")  # its warnings are no lines of ours
+        # The system would else let megabytes queue up, seconds of pictures, while this machine is busy.
+        os.environ.setdefault("OPENCV_FFMPEG_CAPTURE_OPTIONS", f"recv_buffer_size;{_RECEIVE_BUFFER_BYTES}")
         cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
         if self.is_device:
             self._refuse_device()

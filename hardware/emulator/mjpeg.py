@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import socket
 import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from types import TracebackType
@@ -13,6 +14,8 @@ from numpy.typing import NDArray
 
 _BOUNDARY = "armtwin"
 PATH = "/stream.mjpg"
+# Less than a picture waits on the way out.
+_SEND_BUFFER_BYTES = 1 << 17
 # Without chroma subsampling, and nearly without loss: what is tested is the arm, not a codec.
 _JPEG = [
     *(cv2.IMWRITE_JPEG_QUALITY, 98),
@@ -105,6 +108,8 @@ def _handler_for(server: MjpegServer) -> type[BaseHTTPRequestHandler]:
             self.send_header("Content-Type", f"multipart/x-mixed-replace; boundary={_BOUNDARY}")
             self.send_header("Cache-Control", "no-store")
             self.end_headers()
+            # A client that is slow for a moment must not be sent the pictures of that moment afterwards.
+            self.connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER_BYTES)
             session, number = server.session, 0
             with contextlib.suppress(ConnectionError):  # the client left
                 while (item := server.next_jpeg(number, session)) is not None:
