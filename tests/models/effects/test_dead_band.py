@@ -1,0 +1,47 @@
+"""A dead band: changes below the threshold are ignored, larger ones are followed all the way."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from models.effects.registry import Site, effect_named
+from models.world import Command
+from tests.support.contexts import context_of, one_joint, turned
+from tests.support.worlds import flat_world, with_effect
+
+PATHS = st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=30)
+
+
+def held(path: object, threshold: float) -> np.ndarray:
+    return turned("dead_band", context_of(one_joint(3, path)), [threshold], joint=3)[:, 2]
+
+
+@given(PATHS, st.floats(0.0, 0.5))
+def test_the_output_is_never_the_threshold_or_more_away_from_the_command(path: list[float], threshold: float) -> None:
+    assert (np.abs(held(path, threshold) - path) <= max(threshold, 0.0)).all()
+
+
+@given(PATHS, st.floats(1e-3, 0.5))
+def test_the_output_moves_only_to_the_command_itself(path: list[float], threshold: float) -> None:
+    output = held(path, threshold)
+    moved = np.flatnonzero(np.diff(output)) + 1
+    np.testing.assert_array_equal(output[moved], np.array(path)[moved])
+
+
+@given(PATHS)
+def test_a_threshold_of_nothing_changes_nothing(path: list[float]) -> None:
+    np.testing.assert_array_equal(held(path, 0.0), path)
+
+
+@given(PATHS, st.floats(1e-3, 0.5))
+def test_the_simulated_servo_s_board_ignores_the_same_changes(path: list[float], threshold: float) -> None:
+    board = with_effect(flat_world(), "dead_band", {"threshold_rad": threshold}, joint=3).electronics[0]()
+    sent = [board(Command(row, 0.0, np.array([0.0, 0.0, angle])))[2] for row, angle in enumerate(path)]
+    np.testing.assert_array_equal(sent, held(path, threshold))
+
+
+def test_thresholds_are_looked_for_from_the_smallest_move_on() -> None:
+    context = context_of(one_joint(1, [0.0, 0.02, 0.05, 0.1]))
+    starts = [float(start[0]) for start in effect_named("dead_band").starts(context, Site(joint=1), None)]
+    assert min(starts) == np.min(np.diff(context.q_cmd[:, 0]))
+    assert list(effect_named("dead_band").starts(context, Site(joint=2), None)) == []

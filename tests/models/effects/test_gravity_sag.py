@@ -1,0 +1,42 @@
+"""Sag: joints give in proportion to the torque of gravity."""
+
+import numpy as np
+import pytest
+
+from models.effects.registry import Site, effect_named
+from tests.support.contexts import context_of, turned
+
+
+def test_the_tip_sinks() -> None:
+    context = context_of()
+    sagged = turned("gravity_sag", context, [0.05, 0.05, 0.05])
+    tips = [(context.links * context.directions(q)).sum(axis=-1).imag for q in (context.q_cmd, sagged)]
+    assert (tips[1] < tips[0]).all()
+
+
+def test_a_joint_gives_by_its_compliance_times_its_torque() -> None:
+    context = context_of()
+    sag = turned("gravity_sag", context, [0.0, 1e-4, 0.0]) - context.q_cmd
+    np.testing.assert_allclose(sag[:, 1], 1e-4 * context.declared_torque(context.q_cmd)[:, 1], rtol=1e-3)
+    assert not sag[:, [0, 2]].any()
+
+
+def test_a_softer_joint_is_solved_at_the_pose_to_which_it_has_sagged() -> None:
+    context = context_of()
+    sagged = turned("gravity_sag", context, [0.1, 0.1, 0.1])
+    balance = 0.1 * context.declared_torque(sagged) - (sagged - context.q_cmd)
+    first_guess = 0.1 * context.declared_torque(context.q_cmd) - (sagged - context.q_cmd)
+    assert np.abs(balance).max() < 0.1 * np.abs(first_guess).max()
+
+
+def test_a_declared_payload_sinks_it_further() -> None:
+    light, heavy = context_of(), context_of(payload_kg=np.full(40, 0.2))
+    sags = [np.abs(turned("gravity_sag", c, [0.05, 0.0, 0.0]) - c.q_cmd)[:, 0] for c in (light, heavy)]
+    assert (sags[1] > sags[0]).all()
+
+
+@pytest.mark.parametrize("name", ["gravity_sag", "link_bending", "payload"])
+def test_weight_is_not_looked_for_in_an_arm_that_lies_flat(name: str) -> None:
+    effect = effect_named(name)
+    assert effect.applies(context_of(upright=False), Site(joint=1)) == "gravity has no part in the arm's plane"
+    assert effect.applies(context_of(), Site(joint=1)) is None

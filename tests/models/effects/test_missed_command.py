@@ -1,0 +1,57 @@
+"""Single poses at which the arm stayed where it was."""
+
+import numpy as np
+import pytest
+
+from models.effects.registry import Site, View, effect_named
+from tests.support.contexts import active, context_of, pixels, turned
+
+NOISE_PX = 0.1
+
+
+def view_of(missed: list[int], noise_px: float = NOISE_PX, n: int = 40) -> View:
+    context = context_of()
+    observed = pixels(context, active("missed_command", missed))
+    rng = np.random.default_rng(1)
+    return View(observed + noise_px * rng.standard_normal(observed.shape), pixels(context), noise_px)
+
+
+def test_the_arm_holds_the_command_before() -> None:
+    context = context_of()
+    out = turned("missed_command", context, [7])
+    np.testing.assert_array_equal(out[7], context.q_cmd[6])
+    np.testing.assert_array_equal(np.delete(out, 7, axis=0), np.delete(context.q_cmd, 7, axis=0))
+
+
+def test_of_two_missed_in_a_row_both_hold_the_last_one_that_arrived() -> None:
+    context = context_of()
+    np.testing.assert_array_equal(turned("missed_command", context, [7, 8])[8], context.q_cmd[6])
+
+
+@pytest.mark.parametrize("missed", [[5], [5, 20, 33], [10, 11, 12]])
+def test_missed_poses_are_found_among_the_others(missed: list[int]) -> None:
+    find = effect_named("missed_command").find
+    assert find is not None
+    ((site, rows),) = find(context_of(), view_of(missed))
+    assert site == Site()
+    np.testing.assert_array_equal(rows, missed)
+
+
+def test_where_every_command_arrived_none_is_found() -> None:
+    find = effect_named("missed_command").find
+    assert find is not None
+    assert find(context_of(), view_of([])) == []
+
+
+def test_a_gross_error_that_agrees_with_no_pose_is_no_missed_command() -> None:
+    find = effect_named("missed_command").find
+    assert find is not None
+    view = view_of([])
+    view.observed[15, 3] += 60.0
+    assert find(context_of(), view) == []
+
+
+def test_the_simulated_bench_is_told_the_samples() -> None:
+    physical = effect_named("missed_command").physical
+    assert physical is not None
+    assert physical(context_of(), np.array([3.0, 9.0])) == {"samples": [3, 9]}
