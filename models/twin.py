@@ -29,9 +29,9 @@ from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
 from models import atomic
-from models.arm import NOMINAL, Arm, arm_from_table
+from models.arm import Arm, arm_from_table
 from models.camera import Camera
-from models.camera_files import read_camera
+from models.camera_files import nominal_camera
 from models.effects.registry import effect_named
 from models.errors import InputError
 from models.kinematics import Deviation
@@ -160,7 +160,7 @@ def rebuild(twin: Twin) -> World:
     A twin without a camera gets the nominal one, which nobody looks through. Raises `InputError` where an injector
     misses a parameter, or where no arm can be built with what it is given.
     """
-    camera = read_camera(NOMINAL / "webcam.yaml") if twin.camera is None else twin.camera
+    camera = nominal_camera() if twin.camera is None else twin.camera
     plane_z_mm = float(twin.base_in_board_mm[2])
     world = ideal_world(twin.arm, camera, plane_z_mm, twin.base_in_board_mm, twin.deviation)
     for effect in sorted(twin.effects, key=lambda effect: effect_named(effect.effect).stage):

@@ -15,19 +15,30 @@ from models.effects.registry import register_file
 from models.errors import InputError
 from models.recording import Recording
 from models.recording_reader import read_recording
+from models.recording_writer import write_recording
+from scenarios.closed_loop import close_loop_on, described
 from scenarios.diagnosis.summary import print_summary
 from scenarios.diagnosis.whole import story_of, write_story
 
 
 def diagnose_command(
+    out: Annotated[Path, typer.Option("--out", help="Folder for diagnosis.json, report.html and twin.toml.")],
     recording: Annotated[
-        Path,
+        Path | None,
         typer.Argument(
             metavar="RECORDING",
             help="Folder with recording.json and samples.csv; markers that are not measured yet are found in frames/.",
         ),
-    ],
-    out: Annotated[Path, typer.Option("--out", help="Folder for diagnosis.json, report.html and twin.toml.")],
+    ] = None,
+    bench: Annotated[
+        str | None,
+        typer.Option(
+            "--bench",
+            metavar="SCENARIO",
+            help="Run the proposed experiments on this scenario's simulated bench, until nothing more can be told; "
+            "without RECORDING the scenario's own trajectories come first.",
+        ),
+    ] = None,
     effects: Annotated[
         list[Path] | None,
         typer.Option("--effects", metavar="FILE.py", help="An effect of your own (the file is run); repeatable."),
@@ -37,7 +48,7 @@ def diagnose_command(
 
     Writes diagnosis.json (verdict, causes with intervals, gain), report.html (one file that opens offline) and
     twin.toml (the extended twin, from which the simulated bench is rebuilt); where causes tie also
-    next_experiment.csv, the poses that tell them apart.
+    next_experiment.csv, the poses that tell them apart. With --bench also recording/, the experiments' poses included.
 
     Example: armtwin diagnose recordings/circles --out diagnosed
     """
@@ -46,15 +57,25 @@ def diagnose_command(
     for path in effects or ():
         register_file(path)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    screen = Console(stderr=True)
+    with Progress(*columns, console=screen, transient=True, disable=not screen.is_terminal) as progress:
         bar = progress.add_task("reading the recording", total=None)
 
         def tell(what: str) -> None:
             progress.update(bar, description=what)
 
-        story = story_of(measured(recording, tell), tell)
+        data = None if recording is None else measured(recording, tell)
+        rounds = [] if bench is None else close_loop_on(bench, data, tell)
+        data = rounds[-1].recording if rounds else data
+        if data is None:
+            raise InputError("RECORDING is missing; give a recording's folder, or --bench SCENARIO")
+        story = story_of(data, tell)
         tell("writing the report")
-        write_story(out, recording.resolve().name, story)
+        write_story(out, bench or "" if recording is None else recording.resolve().name, story)
+        if rounds:
+            write_recording(out / "recording", data)
+    for number, one in enumerate(rounds, start=1):
+        typer.echo(f"round {number}: {described(one)}")
     print_summary(Console(), story)
     typer.echo(f"Report written to {out / 'report.html'}, diagnosis.json and twin.toml beside it")
 

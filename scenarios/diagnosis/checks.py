@@ -11,13 +11,21 @@ from models.recording import Recording
 
 Array = NDArray[np.float64]
 
+# With fewer poses order, angle and direction of approach are one and the same: a joint there and back in four steps.
+_LEAST_POSES = 8
 # Moves below this are no moves: a command repeated.
 _STILL_RAD = 1e-6
 
 
 def check_recording(recording: Recording) -> None:
-    """Raise `RecordingError` where nothing was seen, or what was seen never changes while the arm moves."""
+    """Raise `RecordingError` for too few poses, nothing seen, or what was seen never changing while the arm moves."""
     arm = recording.arm
+    missing = _LEAST_POSES - len(recording)
+    if missing > 0:
+        raise RecordingError(
+            f"samples.csv: too short to decide: {len(recording)} poses, at least {_LEAST_POSES} are wanted; add "
+            f"{missing} poses"
+        )
     moving = np.ptp(recording.q_cmd, axis=0) > _STILL_RAD
     if not recording.markers_px:
         assert recording.q_meas is not None

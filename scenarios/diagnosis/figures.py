@@ -17,7 +17,9 @@ from scenarios.report.style import COLOURS, figure
 
 Array = NDArray[np.float64]
 
-BEFORE, AFTER = COLOURS["before"], COLOURS["after"]
+BEFORE, AFTER = COLOURS["geometry"], COLOURS["extended"]
+# One a joint; none is the colour of before or after.
+_JOINTS = ("#0072b2", "#cc79a7", "#e69f00", "#8a8a8a", "#222222", "#56b4e9")
 # The longest arrows, but for a few, are drawn this long.
 _ARROW_MM = 14.0
 _MOST_ARROWS = 260
@@ -40,8 +42,8 @@ def arrows(before: Remainder, after: Remainder | None) -> tuple[go.Figure, float
     rows = np.unique(np.linspace(0, len(before.miss_mm) - 1, _MOST_ARROWS).round().astype(int))
     line = {"width": 1.2}
     for column, (_, shown, colour) in enumerate(panels, start=1):
-        assert shown.points_mm is not None
-        at, miss = shown.points_mm[rows].reshape(-1, 2), shown.miss_mm[rows].reshape(-1, 2)
+        # Both at the same places: a camera that is thought to stand elsewhere moves the whole arm with it.
+        at, miss = before.points_mm[rows].reshape(-1, 2), shown.miss_mm[rows].reshape(-1, 2)
         x, y = _strokes(at[:, 0] + 1j * at[:, 1], factor * (miss[:, 0] + 1j * miss[:, 1]))
         here = {"row": 1, "col": column}
         fig.add_scatter(x=x, y=y, mode="lines", line={**line, "color": colour}, hoverinfo="skip", **here)
@@ -79,7 +81,7 @@ def look_at_all(looks: Sequence[Look]) -> go.Figure:
 
 def candidates(ranked: Sequence[Ranked]) -> go.Figure:
     """Return how much of what was to be explained each effect alone explains, fitted jointly with the geometry."""
-    colours = {"named": AFTER, "tied": COLOURS["extended"], "": "#c4c4c4"}
+    colours = {"named": AFTER, "tied": COLOURS["drawing"], "": "#c4c4c4"}
     fig = figure("explained by this effect alone, %", "", height=120 + 26 * len(ranked))
     shown = list(reversed(ranked))
     fig.add_bar(
@@ -204,12 +206,7 @@ def _shares(look: Look) -> str:
 def plan(q_cmd: Array) -> go.Figure:
     """Return the commands (N, n) of a proposed experiment, rad, in degrees over the poses."""
     fig = figure("pose of the experiment", "commanded angle, °", height=300)
-    for joint in range(q_cmd.shape[1]):
-        fig.add_scatter(
-            x=np.arange(len(q_cmd)),
-            y=np.degrees(q_cmd[:, joint]),
-            mode="lines+markers",
-            marker={"size": 4},
-            name=f"joint {joint + 1}",
-        )
+    for joint, colour in zip(range(q_cmd.shape[1]), _JOINTS, strict=False):
+        shown = {"mode": "lines+markers", "line": {"color": colour, "width": 1.5}, "marker": {"size": 4}}
+        fig.add_scatter(x=np.arange(len(q_cmd)), y=np.degrees(q_cmd[:, joint]), name=f"joint {joint + 1}", **shown)
     return fig

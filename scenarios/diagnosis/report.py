@@ -20,7 +20,7 @@ def diagnosis_page(name: str, story: Story) -> str:
         (number(held.noise_floor_mm, 3, "mm"), "noise floor"),
     ]
     about = f"{headline(diagnosis)}\n{_recording(story)}"
-    return page(f"Diagnosis of {name}", about, answers, diagnosis_sections(story), key=("before", "after"))
+    return page(f"Diagnosis of {name}", about, answers, diagnosis_sections(story), key=("geometry", "extended"))
 
 
 def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:

@@ -254,7 +254,7 @@ def _next(story: Story) -> Section:
     lead = what_next(story.diagnosis, story.experiment)
     if story.experiment is None:
         return Section("next", "What to do next", lead)
-    caption = "The proposed poses, in next_experiment.csv; `armtwin run` and `armtwin capture` execute them."
+    caption = "The proposed poses, in next_experiment.csv: a plan that a bench can run."
     return Section("next", "What to do next", lead, (plot(figures.plan(story.experiment.plan.q_cmd), caption),))
 
 

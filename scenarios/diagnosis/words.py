@@ -25,7 +25,7 @@ def headline(diagnosis: Diagnosis) -> str:
         return f"The cause{'s are' if len(diagnosis.causes) > 1 else ' is'} {named}."
     if diagnosis.verdict == "ambiguous":
         tied = [cause for cause in diagnosis.causes if cause.equivalents]
-        ties = "; ".join(" or ".join([c.active.label, *(o.label for o in c.equivalents)]) for c in tied)
+        ties = "; ".join(f"{c.active.label} from {' or '.join(o.label for o in c.equivalents)}" for c in tied)
         sure = [cause.active.label for cause in diagnosis.causes if not cause.equivalents]
         return f"These poses cannot tell {ties}" + (f"; besides, {' and '.join(sure)}." if sure else ".")
     nearest = " and ".join(cause.active.label for cause in diagnosis.suspects)
