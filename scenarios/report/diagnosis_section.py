@@ -6,8 +6,9 @@ from typing import Any
 
 from markupsafe import Markup
 
+from models.effects.registry import effect_named
 from scenarios.report.data import RunData
-from scenarios.report.section import Cell, Section, fold, prose, table
+from scenarios.report.section import Cell, Section, fold, number, prose, table
 
 # Chapters of the diagnosis' own report that show what is left and what it follows.
 _SHOWN = ("where", "structure")
@@ -38,7 +39,7 @@ def causes_section(run: RunData) -> Section:
     rows = [row for cause in found["beside_truth"] for row in _rows(cause)]
     blocks: list[Markup] = []
     if rows:
-        blocks.append(table(_HEADER, rows, _caption(found), marked=(3, 4)))
+        blocks.append(table(_HEADER, rows, _caption(found), marked=(2, 3)))
     blocks += [prose(line) for line in words["ties"]]
     blocks.append(prose(f"{words['gain']} {words['resimulated']}"))
     inner = [block for slug in _FOLDED if slug in chapters for block in _shown(chapters[slug])]
@@ -52,7 +53,7 @@ def causes_section(run: RunData) -> Section:
     return Section("causes", "What the diagnosis names", _lead(found), tuple(blocks))
 
 
-_HEADER = ["effect", "at", "parameter", "found ± σ", "95 % interval", "truth", "explains", ""]
+_HEADER = ["cause", "parameter", "found ± σ", "95 % interval", "truth", "off by"]
 
 
 def _lead(found: dict[str, Any]) -> str:
@@ -68,8 +69,8 @@ def _lead(found: dict[str, Any]) -> str:
 
 def _caption(found: dict[str, Any]) -> str:
     text = (
-        "A truth that the scenario leaves out is zero; switches have none (–). 'Explains' is the share of the misfit "
-        "above the noise that is lost again when this cause is left out."
+        "A truth that the scenario leaves out is zero; switches have none (–). σ is what noise makes of an estimate: a "
+        "term of the model is not quite what a body in MuJoCo does, so an error of a percent may well be many σ."
     )
     if found["verdict"] == "unknown":
         text = f"The cause is unknown: what is listed comes nearest and is not proven. {text}"
@@ -77,26 +78,29 @@ def _caption(found: dict[str, Any]) -> str:
 
 
 def _rows(cause: dict[str, Any]) -> list[list[Cell]]:
-    rows: list[list[Cell]] = []
-    for place, parameter in enumerate(cause["parameters"] or [None]):
-        head: list[Cell] = ["", ""] if place else [cause["effect"], _place(cause)]
-        explains = "" if place or cause["explained_percent"] is None else f"{cause['explained_percent']:.1f} %"
-        rows.append([*head, *_parameter(parameter), explains, "" if place else _standing(cause)])
-    rows += [[f"or {other['effect']}", _place(other), "", "", "", "", "", "ties"] for other in cause["equivalents"]]
-    return rows
+    name = f"{cause['effect']}, {_place(cause)}"
+    if cause["label"] is None:
+        name += " (injected, not named)"
+    elif not cause["right"]:
+        name += " (not injected)"
+    rows = [["" if k else name, *_parameter(one)] for k, one in enumerate(cause["parameters"] or [None])]
+    return [*rows, *([f"or {other['effect']}, {_place(other)}", *_parameter(None)] for other in cause["equivalents"])]
 
 
 def _parameter(parameter: dict[str, Any] | None) -> list[Cell]:
+    """Return name, estimate, interval, truth and how far the estimate is from it."""
     if parameter is None:
-        return ["", "", "", ""]
+        return ["", "", "", "", ""]
     value, std, interval, truth = (parameter[key] for key in ("value", "std", "interval95", "truth"))
-    text, between = "–", "–"
+    text, between, off = "–", "–", "–"
     if value is not None:
         known = std is not None and std > 1e-9 * max(abs(value), 1.0)
         text = f"{_short(value)} ± {std:.2g}" if known else _short(value)
         if known and None not in interval:
             between = f"{_short(interval[0])} to {_short(interval[1])}"
-    return [parameter["name"], text, between, "–" if truth is None else _short(truth)]
+        if truth:
+            off = f"{number(100.0 * (value / truth - 1.0), 1)} %"
+    return [parameter["name"], text, between, "–" if truth is None else _short(truth), off]
 
 
 def _short(value: float) -> str:
@@ -106,13 +110,9 @@ def _short(value: float) -> str:
 def _place(cause: dict[str, Any]) -> str:
     if cause["joint"] is not None:
         return f"joint {cause['joint']}"
-    return f"marker {cause['marker'].upper()}" if cause["marker"] else "whole arm or camera"
-
-
-def _standing(cause: dict[str, Any]) -> str:
-    if cause["label"] is None:
-        return "injected, not named"
-    return "right" if cause["right"] else "not injected"
+    if cause["marker"] is not None:
+        return f"marker {cause['marker'].upper()}"
+    return "camera" if effect_named(cause["effect"]).where == "camera" else "whole arm"
 
 
 def _chapters(run: RunData) -> dict[str, dict[str, Any]]:

@@ -17,6 +17,7 @@ Runs = Mapping[str, Mapping[str, Any]]
 
 # What the arm was commanded by, in the order of the story.
 LABELS = {"before": "before calibration", "after": "after calibration", "extended": "with the extended twin"}
+_COLOURS = {"before": COLOURS["drawing"], "after": COLOURS["geometry"], "extended": COLOURS["extended"]}
 
 
 def line_path(commanded_mm: Any, runs: Runs) -> go.Figure:
@@ -36,9 +37,9 @@ def line_path(commanded_mm: Any, runs: Runs) -> go.Figure:
             mode="lines",
             showlegend=False,
             hoverinfo="skip",
-            line={"color": COLOURS[name], "width": 0.7},
+            line={"color": _COLOURS[name], "width": 0.7},
         )
-        dots = {"color": COLOURS[name], "size": 6}
+        dots = {"color": _COLOURS[name], "size": 6}
         fig.add_scatter(x=xy[:, 0], y=xy[:, 1], mode="markers", name=LABELS[name], marker=dots)
     fig.update_yaxes(scaleanchor="x")
     return fig
@@ -48,7 +49,7 @@ def line_displacements(commanded_mm: Any, runs: Runs) -> go.Figure:
     """Return x and y along the line, commanded and measured (Figure 5)."""
     fig = make_subplots(rows=1, cols=2, subplot_titles=["along x", "along y"])
     series = [("commanded", COLOURS["commanded"], _array(commanded_mm))]
-    series += [(LABELS[name], COLOURS[name], _array(run["measured_mm"])) for name, run in runs.items()]
+    series += [(LABELS[name], _COLOURS[name], _array(run["measured_mm"])) for name, run in runs.items()]
     for axis in range(2):
         for name, colour, xy in series:
             fig.add_scatter(
@@ -81,7 +82,7 @@ def line_error(runs: Runs, paper_mean_mm: Mapping[str, float], noise_floor_mm: f
     thin = {"color": COLOURS["truth"], "width": 1}
     for name, run in runs.items():
         label, dots = LABELS[name], {"size": 5}
-        line = {"color": COLOURS[name]}
+        line = {"color": _COLOURS[name]}
         fig.add_scatter(y=run["error_mm"], mode="lines+markers", name=f"{label}, measured", line=line, marker=dots)
         fig.add_scatter(y=run["true_error_mm"], mode="lines", name=f"{label}, true", line=thin)
         if name in paper_mean_mm:

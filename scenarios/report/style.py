@@ -13,9 +13,10 @@ COLOURS = {
     "paper": "#e69f00",  # what the paper printed
     "paper method": "#cc79a7",  # the paper's method, run on our bench
     "armtwin": "#0072b2",  # armtwin's own method
-    "before": "#d55e00",
-    "after": "#009e73",
-    "extended": "#56b4e9",
+    # By which twin the arm is commanded or predicted: the drawing's, the calibrated geometry's, the extended one.
+    "drawing": "#56b4e9",
+    "geometry": "#d55e00",
+    "extended": "#009e73",
 }
 
 
