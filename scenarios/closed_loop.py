@@ -17,7 +17,7 @@ from models.plan import Plan, plan_of
 from models.recording import Recording, make_samples
 from models.world import World
 from scenarios.runner.world import build_world, declared_arm
-from scenarios.scenario import ScenarioFile
+from scenarios.scenario import ScenarioFile, read_scenario
 from sim.observe import default_clock, make_recording, observe, pixels_of
 from sim.physics.simulation import simulate
 
@@ -68,6 +68,34 @@ def record_scenario(scenario: ScenarioFile) -> tuple[World, Recording]:
     clock, rng = default_clock(len(plan)), np.random.default_rng(scenario.seed)
     held_out = (scenario.validate_on,)
     return world, make_recording(world, plan.q_cmd, plan.trajectory, clock, rng, _NOISE_PX, held_out=held_out)
+
+
+def close_loop_on(
+    scenario: str, recording: Recording | None = None, tell: Callable[[str], None] = lambda _: None
+) -> list[Round]:
+    """Close the loop on the bench of a scenario, from `recording` or, where that is None, its own trajectories.
+
+    Raises `InputError` for a scenario that cannot be read or built.
+    """
+    wanted = read_scenario(scenario)
+    if recording is not None:
+        return close_loop(build_world(wanted), recording, seed=wanted.seed, tell=tell)
+    tell("recording the scenario's trajectories")
+    world, first = record_scenario(wanted)
+    return close_loop(world, first, seed=wanted.seed, tell=tell)
+
+
+def described(one: Round) -> str:
+    """Say in a line what a round found and what was run because of it."""
+    diagnosis, experiment = one.diagnosis, one.experiment
+    causes = (" | ".join(a.label for a in (c.active, *c.equivalents)) for c in diagnosis.causes)
+    line = f"{len(one.recording)} poses: {diagnosis.verdict}" + "".join(f", {cause}" for cause in causes)
+    if experiment is None:
+        return line
+    return (
+        f"{line}; {experiment.trajectory} ({len(experiment.plan)} poses) parts {', '.join(experiment.tells_apart)} "
+        f"by {experiment.expected_separation:.0f} standard deviations"
+    )
 
 
 def go_on(world: World, recording: Recording, plan: Plan, rng: Generator) -> Recording:
