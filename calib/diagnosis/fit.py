@@ -113,7 +113,7 @@ def evaluate(data: Data, g: Array, effects: Sequence[Active], parameters: Sequen
     misfit = point_misfit(data, residual)
     prior = float((((g - problem.nominal) / problem.prior_std) ** 2).sum())
     for active, of in zip(effects, parameters, strict=True):
-        prior += sum(((active.values[k] - p.off) / p.prior_std) ** 2 for k, p in enumerate(of) if not p.scanned)
+        prior += sum((p.pull(active.values[k]) / p.prior_std) ** 2 for k, p in enumerate(of) if not p.scanned)
     return Fit(g, tuple(effects), float(misfit.sum()) + prior, misfit, residual)
 
 
@@ -161,7 +161,7 @@ def _solve(
     offsets, precisions = [problem.nominal - state.g], [problem.prior_std**-2.0]
     room = [np.full((len(state.g), 2), [-np.inf, np.inf])]
     for active, of, which in zip(state.effects, parameters, free, strict=True):
-        offsets.append(np.array([of[k].off - active.values[k] for k in which]))
+        offsets.append(np.array([of[k].pull(active.values[k]) for k in which]))
         precisions.append(np.array([of[k].prior_std ** -2.0 for k in which]))
         room.append(np.array([np.array(of[k].bounds) - active.values[k] for k in which]).reshape(-1, 2))
     precision, (low, high) = np.concatenate(precisions), np.concatenate(room).T

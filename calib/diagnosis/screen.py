@@ -116,7 +116,7 @@ class Screen:
         if not free:
             return deviance
         precision = np.array([parameters[k].prior_std ** -2.0 for k in free])
-        offset = np.array([parameters[k].off - candidate.values[k] for k in free])
+        offset = np.array([parameters[k].pull(candidate.values[k]) for k in free])
         reduced = linalg.cho_solve(self._factor, cross)
         schur = curvature - cross.T @ reduced + np.diag(precision)
         pull = slope + precision * offset - reduced.T @ gradient

@@ -36,7 +36,7 @@ _FIRST_SHARE = 0.2
 _FURTHER_SHARE = 0.5
 # Beside a strong cause, a weak one is believed where it explains this share of all, or leaves nothing but noise and is
 # felt by most values.
-_LEAST_OF_ALL = 0.003
+_LEAST_OF_ALL = 0.01
 _QUIET = 1.2
 _FELT = 0.5
 # An estimate of the noise is lowered when a model leaves less than this part of it.

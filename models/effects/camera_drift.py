@@ -33,7 +33,7 @@ def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
     return (
         *(Parameter(f"rotation_{axis}_rad", (-0.3, 0.3), 0.02) for axis in "xyz"),
         *(Parameter(f"translation_{axis}_mm", (-100.0, 100.0), 10.0) for axis in "xyz"),
-        Parameter("settling", (0.03, 30.0), 10.0, off=3.0),
+        Parameter("settling", (0.03, 30.0), 3.0, off=None),
     )
 
 

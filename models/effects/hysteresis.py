@@ -46,7 +46,7 @@ def term(context: Context, q: Array, values: Array, site: Site) -> Array:
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
     return (
         Parameter("lag_rad", (0.0, 0.2), 0.02),
-        Parameter("length_rad", (1e-4, 1.0), 0.1, off=0.05),
+        Parameter("length_rad", (1e-4, 1.0), 0.1, off=None),
         Parameter("start_side", (-1.0, 1.0), 1.0, scanned=True),
     )
 

@@ -61,8 +61,9 @@ class Parameter:
     Attributes:
         name: with its unit, as it stands in every file.
         bounds: what is physically possible.
-        prior_std: the physical prior's standard deviation about `off`, in the parameter's unit.
-        off: the value at which the effect vanishes.
+        prior_std: the physical prior's standard deviation in the parameter's unit.
+        off: the value at which the effect vanishes, about which its prior stands; None for a parameter of shape, which
+            means nothing while the effect is off and whose prior only damps its steps.
         scanned: the prediction is no smooth function of it, so it is found by a scan, not by a gradient.
 
     """
@@ -70,8 +71,12 @@ class Parameter:
     name: str
     bounds: tuple[float, float]
     prior_std: float
-    off: float = 0.0
+    off: float | None = 0.0
     scanned: bool = False
+
+    def pull(self, value: float) -> float:
+        """Return how far the prior would move a value."""
+        return 0.0 if self.off is None else self.off - value
 
 
 # Model terms by stage: (context, input of the stage, parameter values, site) -> output of the stage.
@@ -195,14 +200,20 @@ def register(effect: Effect) -> None:
 
 
 def register_file(path: Path) -> Effect:
-    """Load a Python file that defines `EFFECT` and register it. The file is run: load only what you trust."""
+    """Load a Python file that defines `EFFECT` and register it. The file is run: load only what you trust.
+
+    Raises `InputError` where there is none, it does not run, or it defines no effect of a new name.
+    """
     if not path.is_file():
         raise InputError(f"{path}: no such file; an effect is a Python file that defines EFFECT")
     spec = importlib.util.spec_from_file_location(f"armtwin_effect_{path.stem}", path)
     if spec is None or spec.loader is None:
         raise InputError(f"{path}: not a Python file; an effect is a Python file that defines EFFECT")
     module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # somebody else's program: whatever it raises is its fault
+        raise InputError(f"{path}: does not run: {type(error).__name__}: {error}") from error
     effect = getattr(module, "EFFECT", None)
     if not isinstance(effect, Effect):
         raise InputError(f"{path}: defines no EFFECT of type models.effects.registry.Effect")

@@ -47,7 +47,7 @@ def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
     return (
         Parameter("sine_rad", (-0.2, 0.2), 0.03),
         Parameter("cosine_rad", (-0.2, 0.2), 0.03),
-        Parameter("cycles_per_turn", (0.5, 60.0), 30.0, off=1.0),
+        Parameter("cycles_per_turn", (0.5, 60.0), 3.0, off=None),
     )
 
 

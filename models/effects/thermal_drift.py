@@ -31,7 +31,7 @@ def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
     span = float(context.elapsed_s[-1])
     return (
         Parameter("drift_rad", (-0.3, 0.3), 0.03),
-        Parameter("time_constant_s", (0.01 * span, 3.0 * span), span, off=0.3 * span),
+        Parameter("time_constant_s", (0.01 * span, 3.0 * span), span, off=None),
     )
 
 
