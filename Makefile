@@ -10,8 +10,9 @@ ENVIRONMENT := .venv/.armtwin-environment
 SYSTEM := build/stamps/system-packages
 AVR := build/stamps/avr-packages
 
-# Software OpenGL through EGL: rendering needs neither a GPU nor a display.
-SYSTEM_PACKAGES := libegl1 libgl1 libgles2 libgl1-mesa-dri
+# Software OpenGL through EGL: rendering needs neither a GPU nor a display. libXrender is bound when pyrender's window
+# library is imported, although no window is ever opened.
+SYSTEM_PACKAGES := libegl1 libgl1 libgles2 libgl1-mesa-dri libxrender1
 # The Uno's firmware is compiled and run in an emulator by some tests.
 AVR_PACKAGES := gcc-avr avr-libc arduino-core-avr simavr libsimavr-dev libelf-dev gcc libc6-dev
 
@@ -40,11 +41,11 @@ check: setup
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-$(SYSTEM): .ci/system-packages
+$(SYSTEM): .ci/system-packages Makefile
 	.ci/system-packages $(SYSTEM_PACKAGES)
 	@mkdir -p $(@D) && touch $@
 
-$(AVR): .ci/system-packages
+$(AVR): .ci/system-packages Makefile
 	.ci/system-packages --optional $(AVR_PACKAGES)
 	@mkdir -p $(@D) && touch $@
 
