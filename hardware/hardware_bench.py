@@ -37,6 +37,8 @@ MAX_NOISE_LIMIT = 20.0
 MAX_NOISE_SPREAD = 0.5
 # The arm is built with joint zeros a few degrees off, so that it may stand a little outside its limits.
 _ZERO_TOLERANCE_RAD = math.radians(8.0)
+# A stream that was late before is waited for this many times as long before a move counts as not made.
+_ONSET_MARGIN = 3.0
 # A move shorter than this is less than half a pixel at the tip of the nominal arm: it need not show.
 _VISIBLE_STEP_RAD = 2e-3
 
@@ -65,6 +67,7 @@ class HardwareBench:
         self._q: Array | None = None
         self._resting: Picture | None = None  # the picture that the last move ended with, until it is captured
         self._before: Grey | None = None  # the same in grey, kept to tell the next move's onset
+        self._slowest_onset_s = 0.0  # from the end of a command until its motion began to show
         self._started_s = 0.0
 
     def connect(self) -> None:
@@ -180,8 +183,9 @@ class HardwareBench:
         settle = self.setup.settle
         if self.noise is None:
             raise JobError("the bench is not connected")
-        watch = StillnessWatch(self.noise, settle.still_s, earliest_s, reference, earliest_s + settle.onset_s)
-        give_up_s = earliest_s + settle.onset_s + settle.timeout_s
+        onset_by_s = earliest_s + max(settle.onset_s, _ONSET_MARGIN * self._slowest_onset_s)
+        watch = StillnessWatch(self.noise, settle.still_s, earliest_s, reference, onset_by_s)
+        give_up_s = onset_by_s + settle.timeout_s
         picture = self.webcam.newest()
         while not watch.feed(to_grey(picture.image), picture.arrived_s):
             if time.monotonic() > give_up_s:
@@ -190,6 +194,8 @@ class HardwareBench:
                     "arm, a humming servo, flickering light or someone in the picture, or raise settle.timeout_s"
                 )
             picture = self.webcam.after(picture.number)
+        if reference is not None and watch.onset_at_s is not None:
+            self._slowest_onset_s = max(self._slowest_onset_s, watch.onset_at_s - earliest_s)
         return picture
 
     def _measure_noise(self) -> NoiseModel:

@@ -117,24 +117,23 @@ class StillnessWatch:
         self._earliest_s = earliest_s
         self._reference = reference
         self._onset_by_s = onset_by_s
-        self._window: deque[tuple[float, Grey]] = deque()
+        self.onset_at_s: float | None = None  # arrival of the first picture that differs from the reference
+        self._window: deque[tuple[float, Grey, bool]] = deque()  # arrival, picture, whether it differs
 
     def feed(self, frame: Grey, arrived_s: float) -> bool:
         """Take the next frame; True when the arm is still in it and has been for long enough."""
-        self._window.append((arrived_s, frame))
+        differs = self._reference is None or self._noise.moved(self._reference, frame)
+        if differs and self.onset_at_s is None:
+            self.onset_at_s = arrived_s
+        window = self._window
+        window.append((arrived_s, frame, differs))
         # Against every frame of the window, not the last alone: a slow creep shows in none of the small steps.
-        while len(self._window) > 1 and self._noise.moved(self._window[0][1], frame):
-            self._window.popleft()
-        while len(self._window) > MIN_FRAMES and arrived_s - self._window[1][0] >= self._still_s:
-            self._window.popleft()
-        rested = len(self._window) >= MIN_FRAMES and arrived_s - self._window[0][0] >= self._still_s
-        return (
-            rested and arrived_s >= self._earliest_s and (self._shows_another_pose(frame) or self._overdue(arrived_s))
-        )
-
-    def _shows_another_pose(self, frame: Grey) -> bool:
-        """Whether the picture at rest differs from the one before the move: a flicker on the way does not count."""
-        return self._reference is None or self._noise.moved(self._reference, frame)
-
-    def _overdue(self, arrived_s: float) -> bool:
-        return arrived_s >= self._onset_by_s
+        while len(window) > 1 and self._noise.moved(window[0][1], frame):
+            window.popleft()
+        while len(window) > MIN_FRAMES and arrived_s - window[1][0] >= self._still_s:
+            window.popleft()
+        rested = len(window) >= MIN_FRAMES and arrived_s - window[0][0] >= self._still_s
+        # The pictures at rest have to differ from the one before the move, all of them: a flicker on the way does not
+        # count, and noise passes for a change in one frame of some thousands, but not in four that follow one another.
+        arrived = all(differs for _, _, differs in window) or arrived_s >= self._onset_by_s
+        return rested and arrived_s >= self._earliest_s and arrived

@@ -129,3 +129,12 @@ def test_a_flicker_before_the_motion_arrives_is_not_taken_for_it(scene, noise: N
 
     assert index is not None
     assert index >= 25
+
+
+def test_the_first_picture_of_the_motion_is_noted(scene, noise: NoiseModel):
+    frames = greys(scene, [0.0] * 6 + [0.1, 0.2, 0.3] + [0.3] * 8)
+    watch = StillnessWatch(noise, 0.12, 0.0, reference=frames[0], onset_by_s=5.0)
+
+    rests_at(watch, frames[1:])
+
+    assert watch.onset_at_s == pytest.approx(5 * FRAME_S)
