@@ -1,5 +1,6 @@
 """Marker measurement: the paper's detector and the sub-pixel one, and which disc is which marker."""
 
+from calib.markers.bound import centre_bound
 from calib.markers.detect import detect
 from calib.markers.disc import DetectorConfig, Disc, Method
 from calib.markers.identify import identify
@@ -13,6 +14,7 @@ __all__ = [
     "MarkerReading",
     "Method",
     "PaperStages",
+    "centre_bound",
     "detect",
     "identify",
     "measure_frames",

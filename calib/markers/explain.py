@@ -26,15 +26,15 @@ Assignment = tuple[int | None, ...]
 # What a link may differ from the drawing by, beyond which a disc is out of reach: Table 4's largest share of a length
 # is 5.6 % (l1), and a plane 2.5 mm off scales all lengths by 0.5 %.
 _LENGTH_SHARE, _LENGTH_MM = 0.06, 4.0
-# Standard deviation of a link's direction against its command: Table 4's zeros reach 4.8 degrees.
-_DIRECTION_RAD = np.deg2rad(8.0)
+# Standard deviation of a link's place against its command: Table 4's zeros reach 4.8 degrees, and some mm at any angle.
+_DIRECTION_RAD, _PLACE_MM = np.deg2rad(5.0), 2.0
 # Of the base against where other pictures had it, mm: the camera may have been touched.
 _BASE_MM = 4.0
 # Of the logarithm of two discs' radii: they are printed alike.
 _SIZE_LOG = 0.12
 # Costs, in squared standard deviations.
 HIDDEN_COST = 25.0
-_COMMAND_CAP, _BASE_CAP, _SIZE_CAP = 30.0, 16.0, 60.0
+_COMMAND_CAP, _BASE_CAP, _SIZE_CAP = 30.0, 12.0, 60.0
 # Explanations whose cost is within three standard deviations of the best are alike.
 ALIKE = 9.0
 
@@ -88,15 +88,20 @@ class Explainer:
         low, high = self.reach_mm(i, j)
         size = np.minimum(((self._log_radius[None, :] - self._log_radius[:, None]) / _SIZE_LOG) ** 2, _SIZE_CAP)
         cost = np.nan_to_num(size)
+        link_std = (_LENGTH_MM + _LENGTH_SHARE * float(self._links[i])) / 3.0
         if j == i + 1:
-            cost += ((distance - 0.5 * (low + high)) / ((high - low) / 6.0)) ** 2
+            cost += ((distance - self._links[i]) / link_std) ** 2
+        else:
+            # Over a hidden joint any distance within reach is as likely as another: what a chance hit costs more than
+            # a link of the right length is twice the logarithm of the ratio of the two densities.
+            cost += max(0.0, 2.0 * float(np.log((high - low) / (np.sqrt(2.0 * np.pi) * link_std))))
         # Two discs cannot lie upon one another, so a marker's own disc is no candidate for its neighbour.
         within = (distance >= max(low, 1.0)) & (distance <= high)
         cost = np.where(within & self._known[:, None] & self._known[None, :], cost, np.inf)
         command = np.zeros_like(distance)
         if predicted is not None:
             expected = predicted[j] - predicted[i]
-            scale = _LENGTH_MM + _DIRECTION_RAD * float(self._links[i:j].sum())
+            scale = _PLACE_MM + _DIRECTION_RAD * float(np.linalg.norm(expected))
             command = ((between - expected) ** 2).sum(axis=-1) / scale**2
         return cost, command
 
@@ -106,11 +111,13 @@ class Explainer:
             return [np.zeros(len(self.places)) for _ in range(self.n_markers)]
         base = board_to_robot(np.asarray(base_hint_mm, dtype=float), np.zeros(3))[:2]
         distance = np.sqrt(((self.places - base) ** 2).sum(axis=1))
-        costs = [distance]
+        costs = [(distance / _BASE_MM) ** 2]
         for marker in range(1, self.n_markers):
             low, high = self.reach_mm(0, marker)
-            costs.append(np.maximum(np.maximum(low - distance, distance - high), 0.0))
-        return [np.minimum((c / _BASE_MM) ** 2, _BASE_CAP) for c in costs]
+            outside = np.maximum(np.maximum(low - distance, distance - high), 0.0)
+            # Anywhere within reach is as likely; again twice the logarithm of the ratio of the densities.
+            costs.append((outside / _BASE_MM) ** 2 + 2.0 * float(np.log(high**2 / (2.0 * _BASE_MM**2))))
+        return [np.minimum(cost, _BASE_CAP) for cost in costs]
 
     def explanations(self) -> list[Explanation]:
         """Return the explanations alike to the best one, best first."""
