@@ -55,9 +55,11 @@ def causes_section(run: RunData) -> Section:
 
 _HEADER = ["cause", "parameter", "found ± σ", "95 % interval", "truth", "off by"]
 
+_ORIGINS = {"injected": "", "calibration": " (left by the camera's calibration)", None: " (not injected)"}
+
 
 def _lead(found: dict[str, Any]) -> str:
-    injected = any(p["truth"] is not None for row in found["beside_truth"] for p in row["parameters"])
+    injected = any(row["origin"] == "injected" for row in found["beside_truth"])
     text = str(found["words"]["headline"])
     if injected:
         text += (
@@ -81,8 +83,8 @@ def _rows(cause: dict[str, Any]) -> list[list[Cell]]:
     name = f"{cause['effect']}, {_place(cause)}"
     if cause["label"] is None:
         name += " (injected, not named)"
-    elif not cause["right"]:
-        name += " (not injected)"
+    else:
+        name += _ORIGINS[cause["origin"]]
     rows = [["" if k else name, *_parameter(one)] for k, one in enumerate(cause["parameters"] or [None])]
     return [*rows, *([f"or {other['effect']}, {_place(other)}", *_parameter(None)] for other in cause["equivalents"])]
 

@@ -61,6 +61,11 @@ def _how(gain: dict[str, Any]) -> str:
     )
     if gain["verdict"] == "ambiguous":
         text += " Causes that these poses cannot tell apart predict alike here, so the one that was fitted serves."
+    if gain["corrected_camera"]:
+        text += (
+            " The pictures are measured through the camera as it was calibrated, as in the runs before: what is wrong "
+            "with the camera itself shows here as an error of the arm."
+        )
     if gain["verdict"] == "unknown":
         text += " No cause is proven: the model that comes nearest was used, and may be wrong on other poses."
     return text

@@ -42,7 +42,10 @@ def diagnose_arm(job: Job, tick: Tick) -> dict[str, Any]:
         "found": diagnosis_table(story.diagnosis, story.experiment),
         "causes": [_cause(cause, story.diagnosis) for cause in (*story.diagnosis.causes, *story.diagnosis.suspects)],
         "words": _words(story),
-        "corrected_with": [active.label for active in story.diagnosis.explanation.final.effects],
+        "corrected_with": [
+            {"label": active.label, "where": active.effect.where}
+            for active in story.diagnosis.explanation.final.effects
+        ],
         "q_cmd_rad": correction.q_cmd,
         "missed_rad": correction.missed_rad,
         "chapters": [_chapter(section) for section in diagnosis_sections(story)],

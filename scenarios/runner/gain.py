@@ -35,7 +35,8 @@ def measure_gain(job: Job, tick: Tick) -> dict[str, Any]:
     return {
         "trajectory": job.scenario.validate_on,
         "verdict": diagnosis["found"]["verdict"],
-        "corrected_with": diagnosis["corrected_with"],
+        "corrected_with": [active["label"] for active in diagnosis["corrected_with"]],
+        "corrected_camera": any(active["where"] == "camera" for active in diagnosis["corrected_with"]),
         "rows": [_row(name, runs[name], errors) for name in RUNS],
         "noise_floor_mm": noise_floor_mm(diagnosis["found"]["held_out"]["noise_floor_mm"]),
         "run": run,
@@ -53,7 +54,7 @@ def noise_floor_mm(marker_rms_mm: float) -> float:
 
 def _row(name: str, run: dict[str, Any], errors: dict[str, Array]) -> dict[str, Any]:
     error = errors[name]
-    mean, less = _bootstrap(errors["before"], error)
+    mean, less = reduction(errors["before"], error)
     return {
         "run": name,
         "paper_mean_mm": _PAPER_MEAN_MM.get(name),
@@ -69,7 +70,7 @@ def _row(name: str, run: dict[str, Any], errors: dict[str, Array]) -> dict[str, 
     }
 
 
-def _bootstrap(before: Array, error: Array) -> tuple[Array, Array]:
+def reduction(before: Array, error: Array) -> tuple[Array, Array]:
     """95 % intervals of the mean error, mm, and of the percentage that it is below the uncorrected one."""
     both = np.isfinite(before) & np.isfinite(error)
     b, e = before[both], error[both]

@@ -1,12 +1,17 @@
-"""What the diagnosis named beside what was injected."""
+"""What the diagnosis named beside what was injected, and beside what the camera's calibration left."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
+from scipy.spatial.transform import Rotation
+
+from models.camera import Camera
+from scenarios.runner.camera import calibrated_camera
 from scenarios.runner.job import Job
 from scenarios.runner.truth import truth_table
+from scenarios.runner.world import true_camera
 
 _KEY = ("effect", "joint", "marker")
 
@@ -17,15 +22,33 @@ def diagnosis_results(job: Job) -> dict[str, Any]:
     return {
         **stage["found"],
         "words": stage["words"],
-        "corrected_with": stage["corrected_with"],
-        "beside_truth": beside_truth(stage["causes"], truth_table(job.scenario)["effects"]),
+        "beside_truth": beside_truth(
+            stage["causes"],
+            truth_table(job.scenario)["effects"],
+            left_by_calibration(calibrated_camera(job), true_camera(job.scenario)),
+        ),
     }
 
 
-def beside_truth(causes: list[dict[str, Any]], injected: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def left_by_calibration(assumed: Camera, true: Camera) -> list[dict[str, Any]]:
+    """State the errors of a calibrated camera as the effects that they are, in the terms of the catalogue."""
+    turn = Rotation.from_matrix(true.R_board_camera @ assumed.R_board_camera.T).as_rotvec()
+    lens = zip(("k1", "k2", "p1", "p2", "k3"), true.D - assumed.D, strict=True)
+    left = {
+        "camera_tilt": {"tilt_x_rad": turn[0], "tilt_y_rad": turn[1]},
+        "focal_length": {"scale": true.K[0, 0] / assumed.K[0, 0]},
+        "lens_distortion": dict(lens),
+    }
+    return [{"effect": name, "joint": None, "marker": None, "parameters": values} for name, values in left.items()]
+
+
+def beside_truth(
+    causes: list[dict[str, Any]], injected: list[dict[str, Any]], calibration: list[dict[str, Any]]
+) -> list[dict[str, Any]]:
     """List every named cause with the truth of each parameter (null: not stated), then what was not named.
 
-    A cause is right where an effect of its name was injected at its place, or one that it is said to tie with.
+    A cause's origin is "injected" where an effect of its name was injected at its place, or one that it is said to tie
+    with; "calibration" where the camera's calibration left some of it; and null where there is no such thing.
     """
     rows = []
     left = list(injected)
@@ -35,10 +58,14 @@ def beside_truth(causes: list[dict[str, Any]], injected: list[dict[str, Any]]) -
         for effect in (truth, tied):
             if effect is not None and effect in left:
                 left.remove(effect)
+        origin = None if truth is None and tied is None else "injected"
+        if origin is None:
+            truth = next((effect for effect in calibration if _is_same(cause, effect)), None)
+            origin = None if truth is None else "calibration"
         rows.append(
             {
                 **{key: cause[key] for key in (*_KEY, "label", "explained_percent", "equivalents")},
-                "right": truth is not None or tied is not None,
+                "origin": origin,
                 "parameters": [_beside(parameter, truth) for parameter in cause["parameters"]],
             }
         )
@@ -61,6 +88,6 @@ def _not_named(effect: dict[str, Any]) -> dict[str, Any]:
         "label": None,
         "explained_percent": None,
         "equivalents": [],
-        "right": False,
+        "origin": "injected",
         "parameters": [{"name": name, **nothing, "truth": value} for name, value in effect["parameters"].items()],
     }

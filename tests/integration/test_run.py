@@ -46,7 +46,14 @@ start_mm = [-145, 25]
 end_mm = [-115, 45]
 samples = 4
 """
-SAME = ["results.json", "truth.json", "camera.yaml", "recordings/before/samples.csv", "recordings/after/samples.csv"]
+SAME = [
+    "results.json",
+    "truth.json",
+    "camera.yaml",
+    "diagnosis/diagnosis.json",
+    "diagnosis/twin.toml",
+    *(f"recordings/{name}/samples.csv" for name in ("before", "after", "extended")),
+]
 
 Armtwin = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -210,13 +217,14 @@ def _run_until(exists: Path, scenario: Path, out: Path) -> None:
     assert not (out / "results.json").exists(), "it was done before it could be killed"
 
 
-def test_a_run_killed_twice_in_the_middle_goes_on_and_ends_with_the_same_bytes(
+def test_a_run_killed_three_times_in_the_middle_goes_on_and_ends_with_the_same_bytes(
     run: Path, scenario: Path, tmp_path: Path
 ) -> None:
-    """Killed while pictures are being taken, and after the arm was calibrated."""
+    """Killed while pictures are being taken, after the arm was calibrated, and after its twin was extended."""
     out = tmp_path / "killed"
     _run_until(out / "board", scenario, out)
     _run_until(out / "stages" / "calibration.json", scenario, out)
+    _run_until(out / "stages" / "diagnose.json", scenario, out)
     again = start("run", scenario, "--out", out)
     _, errors = again.communicate()
     assert again.returncode == 0, errors
