@@ -53,24 +53,21 @@ def command_lattices(q_cmd: Array) -> list[Lattice]:
     """Return the coarse lattices of (N, n) commands, rad, joint by joint; most recordings have none."""
     found = []
     for joint in range(q_cmd.shape[1]):
-        distinct = _distinct(q_cmd[:, joint])
-        step, members = coarse_step(distinct)
+        step, members = coarse_step(q_cmd[:, joint])
         if step > 0:
-            found.append(Lattice(joint + 1, step, int(members.sum()), len(distinct)))
+            found.append(Lattice(joint + 1, step, int(members.sum()), len(members)))
     return found
 
 
-def coarse_step(values: Array) -> tuple[float, NDArray[np.bool_]]:
-    """Return the largest step on which (N,) ascending values lie unevenly, or 0, and which of them do, (N,)."""
+def coarse_step(angles: Array) -> tuple[float, NDArray[np.bool_]]:
+    """Return the largest step on which (N,) angles lie unevenly, or 0, and which distinct ones, ascending, do."""
+    values = _distinct(angles)
     gaps = np.unique(np.diff(values))[:_GAPS]
     steps = (gaps[:, None] / np.arange(1, _MOST_STEPS + 1)).ravel() if len(values) > 4 else np.zeros(0)
     for step in -np.sort(-steps[steps > _LEAST_STEP_RAD]):
         refined, members = _members(values, float(step))
-        if (
-            members.mean() >= _LEAST_SHARE
-            and _beyond_chance(members, refined, len(steps))
-            and _uneven(values[members], refined)
-        ):
+        enough = members.mean() >= _LEAST_SHARE and _beyond_chance(members, refined, len(steps))
+        if enough and _uneven(angles, values[members], refined):
             return refined, members
     return 0.0, np.zeros(len(values), dtype=bool)
 
@@ -105,10 +102,12 @@ def _beyond_chance(members: NDArray[np.bool_], step: float, tried: int) -> bool:
     return bool(tried * n * stats.binom.sf(on - 3, n - 2, 2.0 * _allowed(step)) < _CHANCE)
 
 
-def _uneven(values: Array, step: float) -> bool:
-    """Whether the poses lie at different numbers of steps from one to the next, with no common divisor."""
-    counts = np.round(np.diff(values) / step).astype(int).tolist()
-    return gcd(*counts) == 1 and len(set(counts)) > 1
+def _uneven(angles: Array, values: Array, step: float) -> bool:
+    """Whether the poses leave uneven holes on the lattice, or are visited in uneven strides, as no even sweep does."""
+    holes = np.round(np.diff(values) / step).astype(int).tolist()
+    strides = np.abs(np.round(np.diff(angles) / step)).astype(int)
+    # An even sweep strides by one step, or jumps to where the next one begins.
+    return gcd(*holes) == 1 and (len(set(holes)) > 1 or len(np.unique(strides[strides > 0])) > 2)
 
 
 def _distinct(values: Array) -> Array:

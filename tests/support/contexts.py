@@ -14,7 +14,7 @@ from models.camera import Camera
 from models.camera_files import nominal_camera
 from models.effects.context import Context, nominal_links
 from models.effects.predict import Active, Geometry, joint_angles, predict_pixels
-from models.effects.registry import Site, effect_named
+from models.effects.registry import Parameter, Site, effect_named
 
 Array = NDArray[np.float64]
 
@@ -70,11 +70,17 @@ def pixels(context: Context, *effects: Active) -> Array:
 
 
 def active(name: str, values: Any, joint: int | None = None, marker: str | None = None) -> Active:
-    """Return an effect of the catalogue with values of its first parameters; the rest is off."""
+    """Return an effect of the catalogue with values of its first parameters; of the rest those of size are off."""
     effect, site = effect_named(name), Site(joint, marker)
     given = np.asarray(values, dtype=float)
-    rest = [parameter.off for parameter in effect.parameters(context_of(), site)[len(given) :]]
+    rest = [off_or(parameter, 0.5) for parameter in effect.parameters(context_of(), site)[len(given) :]]
     return Active(effect, site, np.array([*given, *rest]))
+
+
+def off_or(parameter: Parameter, share: float) -> float:
+    """Return the value at which a parameter is off; for one of shape, a value so far between its bounds."""
+    low, high = parameter.bounds
+    return low + share * (high - low) if parameter.off is None else float(np.clip(parameter.off, low, high))
 
 
 def turned(name: str, context: Context, values: Any, joint: int | None = None) -> Array:
