@@ -1,0 +1,107 @@
+"""Verdicts, ties, uncertainty, geometry and the held-out gain of whole diagnoses."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from calib.diagnosis.diagnosis import diagnose
+from models.camera import project
+from models.camera_files import nominal_camera
+from models.errors import RecordingError
+from models.frames import robot_to_board
+from models.kinematics import marker_positions
+from tests.support.recordings import BASE_MM, DEVIATION, gain_of, recording, waves
+
+
+def test_a_world_without_effects_has_no_cause_and_the_twin_meets_the_noise() -> None:
+    diagnosis = diagnose(recording())
+    assert diagnosis.verdict == "none"
+    assert diagnosis.causes == ()
+    assert diagnosis.held_out.after_rms_mm == pytest.approx(diagnosis.held_out.noise_floor_mm, rel=0.15)
+
+
+def test_a_wrong_gain_is_named_with_its_joint_its_size_and_its_gain_on_unseen_poses() -> None:
+    diagnosis = diagnose(recording(gain_of(2, 1.03)))
+    cause = diagnosis.causes[0]
+    assert (cause.active.effect.name, cause.active.site.joint) == ("servo_gain", 2)
+    assert abs(cause.active.values[0] - 1.03) < 3 * cause.std[0]
+    assert cause.p_value < 1e-6
+    assert diagnosis.held_out.gain_percent > 80
+    assert diagnosis.held_out.gain_ci95_percent[0] < diagnosis.held_out.gain_percent
+
+
+def test_what_no_effect_explains_is_unknown_and_says_what_it_follows() -> None:
+    rng = np.random.default_rng(5)
+    walk = np.cumsum(rng.normal(0.0, 0.004, 120))
+    walk -= np.linspace(walk[0], walk[-1], 120)
+
+    def wander(q: np.ndarray) -> np.ndarray:
+        out = q.copy()
+        out[:, 1] += walk * np.sin(np.arange(120) / 4.0)
+        return out
+
+    diagnosis = diagnose(recording(wander))
+    assert diagnosis.verdict == "unknown"
+    assert diagnosis.causes == ()
+    assert diagnosis.trends_after
+
+
+def test_noise_far_above_what_is_declared_is_not_called_none() -> None:
+    made = replace(recording(noise_px=0.3), pixel_noise_px=0.05)
+    assert diagnose(made).verdict == "unknown"
+
+
+def test_undeclared_noise_of_any_size_is_no_cause() -> None:
+    assert diagnose(recording(noise_px=0.4, declare_noise=False)).verdict == "none"
+
+
+def test_a_tilted_camera_and_a_tilted_first_axis_are_a_tie() -> None:
+    made = recording()
+    turn = np.array([[1.0, 0.0, 0.02], [0.0, 1.0, 0.0], [-0.02, 0.0, 1.0]])
+    turn, _ = np.linalg.qr(turn)
+    turn *= np.sign(np.diag(turn))
+    tilted = nominal_camera().moved(turn, np.zeros(3))
+    points = marker_positions(made.arm, made.q_cmd, DEVIATION)
+    pixels = project(tilted, robot_to_board(points.reshape(-1, 2), BASE_MM)).reshape(points.shape)
+    pixels += np.random.default_rng(0).normal(0.0, 0.05, pixels.shape)
+    diagnosis = diagnose(replace(made, markers_px={m: pixels[:, k] for k, m in enumerate("abcf")}))
+    assert diagnosis.verdict == "ambiguous"
+    names = {diagnosis.causes[0].active.effect.name, *(e.effect.name for e in diagnosis.causes[0].equivalents)}
+    assert {"camera_tilt", "axis_tilt"} <= names
+
+
+def test_six_parameters_of_seven_are_known_and_the_plane_is_gauge() -> None:
+    geometry = diagnose(recording()).geometry
+    assert geometry.identifiable == 6
+    assert any(text.startswith("plane_offset") for text in geometry.gauge)
+    np.testing.assert_allclose(geometry.deviation.lengths_mm[:2], DEVIATION.lengths_mm[:2], atol=0.05)
+    np.testing.assert_allclose(geometry.base_in_board_mm, BASE_MM, atol=0.1)
+
+
+def test_held_out_poses_change_no_estimate() -> None:
+    made = recording(gain_of(2, 1.03))
+    held = made.trajectory == "wave_3"
+    moved = {name: np.where(held[:, None], pixels + 5.0, pixels) for name, pixels in made.markers_px.items()}
+    plain, spoiled = diagnose(made), diagnose(replace(made, markers_px=moved))
+    np.testing.assert_allclose(plain.causes[0].active.values, spoiled.causes[0].active.values, rtol=1e-6)
+    assert spoiled.held_out.after_rms_mm > 10 * plain.held_out.after_rms_mm
+
+
+def test_measured_angles_alone_can_be_diagnosed() -> None:
+    made = recording()
+    bent = gain_of(1, 1.05)(made.q_cmd) + np.random.default_rng(0).normal(0.0, 0.002, made.q_cmd.shape)
+    diagnosis = diagnose(replace(made, markers_px={}, camera=None, q_meas=bent))
+    assert (diagnosis.causes[0].active.effect.name, diagnosis.causes[0].active.site.joint) == ("servo_gain", 1)
+
+
+def test_too_few_poses_are_refused_with_how_many_are_missing() -> None:
+    with pytest.raises(RecordingError, match=r"too short to decide.*add at least \d+ poses"):
+        diagnose(recording(paths=waves(1, 3), markers="f"))
+
+
+def test_an_arm_at_rest_is_refused() -> None:
+    with pytest.raises(RecordingError, match="never change"):
+        diagnose(recording(paths={"still": np.tile([0.1, 0.2, 0.3], (40, 1))}))
