@@ -40,7 +40,8 @@ def causes_section(run: RunData) -> Section:
     blocks: list[Markup] = []
     if rows:
         blocks.append(table(_HEADER, rows, _caption(found), marked=(2, 3)))
-    blocks += [prose(line) for line in words["ties"]]
+    remarks = [remark for cause in found["beside_truth"] if (remark := _remark(cause)) is not None]
+    blocks += [prose(line) for line in (*remarks, *words["ties"])]
     blocks.append(prose(f"{words['gain']} {words['resimulated']}"))
     inner = [block for slug in _FOLDED if slug in chapters for block in _shown(chapters[slug])]
     blocks.append(fold("What else was considered, the geometry that was fitted along, and what to do next", inner))
@@ -55,7 +56,15 @@ def causes_section(run: RunData) -> Section:
 
 _HEADER = ["cause", "parameter", "found ± σ", "95 % interval", "truth", "off by"]
 
-_ORIGINS = {"injected": "", "calibration": " (left by the camera's calibration)", None: " (not injected)"}
+
+def _remark(cause: dict[str, Any]) -> str | None:
+    """Say of a cause that was not named right what it is."""
+    name = f"{cause['effect']}, {_place(cause)}"
+    if cause["label"] is None:
+        return f"{name}, was injected and is not named."
+    if cause["origin"] == "calibration":
+        return f"{name}, was not injected: the camera's calibration left it, and the truth is how far that is off."
+    return f"{name}, was not injected." if cause["origin"] is None else None
 
 
 def _lead(found: dict[str, Any]) -> str:
@@ -81,10 +90,6 @@ def _caption(found: dict[str, Any]) -> str:
 
 def _rows(cause: dict[str, Any]) -> list[list[Cell]]:
     name = f"{cause['effect']}, {_place(cause)}"
-    if cause["label"] is None:
-        name += " (injected, not named)"
-    else:
-        name += _ORIGINS[cause["origin"]]
     rows = [["" if k else name, *_parameter(one)] for k, one in enumerate(cause["parameters"] or [None])]
     return [*rows, *([f"or {other['effect']}, {_place(other)}", *_parameter(None)] for other in cause["equivalents"])]
 

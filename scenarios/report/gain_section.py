@@ -33,8 +33,8 @@ def gain_section(run: RunData) -> Section:
             plot(line_displacements(goal, runs), "As Figure 5: x and y along the line, commanded and measured."),
             plot(
                 line_error(runs, paper, floor),
-                "As Figure 6: distance of the tip from the commanded path. Dashed: the paper's means. Dotted: what the "
-                "camera's noise alone would show. Thin: the true error, which only a simulated bench can tell.",
+                "As Figure 6, on a logarithmic scale: distance of the tip from the commanded path. Dotted: the mean "
+                "that the camera's noise alone would show. Thin: the true error, which only a simulated bench can tell.",
             ),
             table(
                 ["mean error on the line, mm", "paper", *(LABELS[name] for name in rows)],

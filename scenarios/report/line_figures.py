@@ -76,27 +76,31 @@ def line_displacements(commanded_mm: Any, runs: Runs) -> go.Figure:
 def line_error(runs: Runs, paper_mean_mm: Mapping[str, float], noise_floor_mm: float | None = None) -> go.Figure:
     """Return the tip's distance from where it should be (Figure 6), as measured and, thin, as it truly was.
 
-    Dashed are the paper's means, mm by run, and dotted the mean that a perfect arm would be measured to have.
+    Dashed are the paper's means, mm by run. Where a noise floor is given, the mean that a perfect arm would be measured
+    to have, mm, it is dotted, and the axis is logarithmic: between the floor and the paper lie powers of ten.
     """
     fig = figure("pose", "error, mm")
-    thin = {"color": COLOURS["truth"], "width": 1}
+    first = next(iter(runs))
     for name, run in runs.items():
-        label, dots = LABELS[name], {"size": 5}
-        line = {"color": _COLOURS[name]}
-        fig.add_scatter(y=run["error_mm"], mode="lines+markers", name=f"{label}, measured", line=line, marker=dots)
-        fig.add_scatter(y=run["true_error_mm"], mode="lines", name=f"{label}, true", line=thin)
+        line, dots = {"color": _COLOURS[name]}, {"size": 5}
+        fig.add_scatter(y=run["error_mm"], mode="lines+markers", name=LABELS[name], line=line, marker=dots)
+        thin = {"color": COLOURS["truth"], "width": 1}
+        fig.add_scatter(y=run["true_error_mm"], mode="lines", name="true error", line=thin, showlegend=name == first)
         if name in paper_mean_mm:
-            fig.add_hline(
-                y=paper_mean_mm[name],
-                line={"color": COLOURS["paper"], "dash": "dash"},
-                annotation_text=f"paper's mean {label}",
-                annotation_position="bottom right",
-            )
-    if noise_floor_mm is not None:
-        floor = {"color": COLOURS["commanded"], "dash": "dot"}
-        fig.add_hline(y=noise_floor_mm, line=floor, annotation_text="camera's noise", annotation_position="top right")
-    fig.update_yaxes(rangemode="tozero")
+            dashed = {"color": COLOURS["paper"], "dash": "dash"}
+            _level(fig, run, paper_mean_mm[name], "the paper's means", dashed, showlegend=name == first)
+    if noise_floor_mm is None:
+        fig.update_yaxes(rangemode="tozero")
+    else:
+        dotted = {"color": COLOURS["commanded"], "dash": "dot"}
+        _level(fig, runs[first], noise_floor_mm, "noise alone", dotted)
+        fig.update_yaxes(type="log", dtick=1)
     return fig
+
+
+def _level(fig: go.Figure, run: Mapping[str, Any], mm: float, name: str, line: dict[str, Any], **more: Any) -> None:
+    """Draw a level along the whole run."""
+    fig.add_scatter(x=[0, len(run["error_mm"]) - 1], y=[mm, mm], mode="lines", name=name, line=line, **more)
 
 
 def _array(points: Any) -> Array:
