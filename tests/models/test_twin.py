@@ -15,6 +15,7 @@ from models.errors import InputError
 from models.kinematics import Deviation, marker_positions
 from models.toml_reader import read_toml
 from models.twin import Twin, TwinEffect, read_twin, rebuild, write_twin
+from models.world import Command
 from sim.physics.simulation import simulate
 
 DEVIATION = Deviation(np.array([1.5, -2.0, 0.4, 0.1]), np.array([0.02, -0.03, 0.01]))
@@ -63,8 +64,6 @@ def test_the_rebuilt_bench_has_its_effects_physically() -> None:
 
 
 def test_a_sender_s_rounding_comes_before_the_servo_s_gain_whatever_the_order_in_the_file() -> None:
-    from models.world import Command
-
     gain, steps = (
         TwinEffect("servo_gain", 1, None, {"gain": 1.5}),
         TwinEffect("quantization", None, None, {"step_rad": 0.1}),
