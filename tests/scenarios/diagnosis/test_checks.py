@@ -1,0 +1,61 @@
+"""What a recording cannot tell is said in one line each."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from models.arm import Arm
+from models.recording import Recording, make_samples
+from scenarios.diagnosis.checks import notes_on
+
+N = 40
+
+
+def recording(q_cmd: np.ndarray, time_s: np.ndarray | None = None) -> Recording:
+    return Recording(
+        arm=Arm("two", np.array([100.0, 50.0]), np.zeros(2)),
+        sample=make_samples(len(q_cmd)),
+        time_s=np.full(len(q_cmd), np.nan) if time_s is None else time_s,
+        trajectory=np.full(len(q_cmd), "path"),
+        q_cmd=q_cmd,
+        q_meas=q_cmd,
+    )
+
+
+def wandering() -> Recording:
+    return recording(np.random.default_rng(0).uniform(-1.0, 1.0, (N, 2)))
+
+
+def test_of_a_rich_recording_there_is_nothing_to_say() -> None:
+    assert notes_on(wandering()) == []
+
+
+def test_a_joint_that_never_moves_is_named() -> None:
+    rich = wandering()
+    q = rich.q_cmd.copy()
+    q[:, 1] = 0.3
+    (note,) = notes_on(replace(rich, q_cmd=q))
+    assert note == "theta2_cmd_rad never changes: nothing can be told of joint 2"
+
+
+def test_joints_that_only_turn_one_way_are_named() -> None:
+    rich = wandering()
+    q = rich.q_cmd.copy()
+    q[:, 0] = np.sort(q[:, 0])
+    (note,) = notes_on(replace(rich, q_cmd=q))
+    assert note.startswith("joint 1: every pose is approached from the same side")
+
+
+def test_a_clock_that_stands_still_is_not_used() -> None:
+    (note,) = notes_on(replace(wandering(), time_s=np.full(N, 12.0)))
+    assert note.startswith("time_s never changes")
+
+
+def test_commands_read_in_whole_degrees_are_said_to_be_with_the_error_that_makes() -> None:
+    rich = wandering()
+    q = rich.q_cmd.copy()
+    q[:, 0] = np.radians(np.round(np.degrees(q[:, 0])))
+    (note,) = notes_on(replace(rich, q_cmd=q))
+    assert "joint 1" in note
+    assert "steps of 1 deg (0.01745 rad)" in note
+    assert "0.005 rad (0.76 mm at the tip)" in note
