@@ -34,7 +34,7 @@ def gain_section(run: RunData) -> Section:
             plot(
                 line_error(runs, paper, floor),
                 "As Figure 6, on a logarithmic scale: distance of the tip from the commanded path. Dotted: the mean "
-                "that the camera's noise alone would show. Thin: the true error, which only a simulated bench can tell.",
+                "that noise alone would show. Thin: the true error, which only a simulated bench can tell.",
             ),
             table(
                 ["mean error on the line, mm", "paper", *(LABELS[name] for name in rows)],
