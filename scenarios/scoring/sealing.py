@@ -62,12 +62,14 @@ def make_world(task: Task) -> dict[str, Any]:
     """Make one world, write its recording and return the truth about it."""
     rng = np.random.default_rng(np.random.SeedSequence(task.options.seed, spawn_key=(1, task.index)))
     sealed = _drawn(task, rng)
+    truth = {"kind": task.order.kind, **sealed.truth}
     with atomic.folder_aside(world_folder(task.out, task.index)) as folder:
         recording = sealed.recording
         if task.options.frames:
             recording = _filmed(folder, recording, sealed.world, rng)
+            truth |= _by_measured_noise(truth, recording)
         write_recording(folder, recording)
-    return {"kind": task.order.kind, **sealed.truth}
+    return truth
 
 
 def _drawn(task: Task, rng: np.random.Generator) -> Sealed:
@@ -110,6 +112,15 @@ def _filmed(folder: Path, recording: Recording, world: World, rng: np.random.Gen
     for detection in world.detections:  # what goes wrong after the picture was taken
         markers = detection(markers, rng)
     return replace(measured, markers_px=markers)
+
+
+def _by_measured_noise(truth: dict[str, Any], recording: Recording) -> dict[str, Any]:
+    """Return the noise of the pictures, in place of that which bare pixels were to have, and displacements over it."""
+    noise = recording.pixel_noise_px
+    if noise is None:
+        return {}
+    effects = [{**effect, "moved_noises": effect["moved_px"] / noise} for effect in truth["effects"]]
+    return {"noise_px": noise, "effects": effects}
 
 
 def _begin(out: Path, options: SealOptions) -> dict[str, Any]:
