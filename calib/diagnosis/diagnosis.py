@@ -16,7 +16,7 @@ from calib.diagnosis.holdout import HeldOut, held_out_gain, held_out_rows
 from calib.diagnosis.problem import Problem, problem_of
 from calib.diagnosis.repairs import cost_unrepaired
 from calib.diagnosis.search import Cause, Explanation, search
-from calib.diagnosis.structure import Trend, trends
+from calib.diagnosis.structure import Trend, louder_than_noise, trends
 from calib.diagnosis.uncertainty import uncertainty
 from models.effects.predict import Active
 from models.errors import RecordingError
@@ -100,6 +100,8 @@ def diagnose(recording: Recording, progress: Callable[[str], None] = lambda _: N
     found = [_found(active, explanation) for active in explanation.found]
     causes += tuple(c for c in found if c.active.effect.name != "outliers" or c.explained_percent > _GROSS_PERCENT)
     verdict = _verdict(explanation, after, causes)
+    if verdict == "unknown" and not after:
+        after = (louder_than_noise(data, final),)
     held_out = held_out_gain(problem, explanation, held_rows, names, words)
     return Diagnosis(
         verdict=verdict,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from calib.diagnosis.fit import Data, Fit
+from calib.diagnosis.fit import Data, Fit, degrees_of_freedom
 from models.effects.context import Context
 
 Array = NDArray[np.float64]
@@ -32,7 +32,6 @@ def trends(data: Data, model: Fit) -> list[Trend]:
     """Return what the remainder of `model` follows significantly, strongest first."""
     counts = data.counts
     r = np.where(counts[..., None], model.residual, np.nan) / data.noise
-    rows = counts.any(axis=1)
     found = []
     regressors = _regressors(data.problem.context, data, model)
     tests = len(regressors) + 2
@@ -41,9 +40,15 @@ def trends(data: Data, model: Fit) -> list[Trend]:
     found.append(_persistence(r, data.problem.context))
     if r.shape[1] > 1:
         found.append(_common_motion(r))
-    del rows
     kept = [t for t in found if t.p_value * tests < _LEVEL and t.share > _LEAST_SHARE]
     return sorted(kept, key=lambda trend: -trend.share)
+
+
+def louder_than_noise(data: Data, model: Fit) -> Trend:
+    """Return by how much a remainder exceeds the noise: declared, or seen in the differences of neighbouring poses."""
+    free = degrees_of_freedom(data, model)
+    misfit = float(model.misfit.sum())
+    return Trend("the noise", max(0.0, 1.0 - free / misfit), float(stats.chi2.sf(misfit, free)))
 
 
 def _regressors(context: Context, data: Data, model: Fit) -> dict[str, Array]:
