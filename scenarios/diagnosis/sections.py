@@ -102,6 +102,9 @@ def _nothing(diagnosis: Diagnosis) -> str:
 
 def _where(before: Remainder, after: Remainder | None) -> Section:
     figure, factor = figures.arrows(before, after)
+    sides = (
+        "" if after is None else ", alike on both sides: left the calibrated geometry alone, right the extended twin"
+    )
     return Section(
         "where",
         "Where the twin is wrong",
@@ -109,8 +112,7 @@ def _where(before: Remainder, after: Remainder | None) -> Section:
         (
             plot(
                 figure,
-                f"Arrows {factor:g} times enlarged, alike on both sides: left the calibrated geometry alone, right the "
-                "extended twin. Noise points anywhere; a cause has a pattern.",
+                f"Arrows {factor:g} times enlarged{sides}. Noise points anywhere; a cause has a pattern.",
             ),
         ),
     )
