@@ -56,7 +56,7 @@ def propose(diagnosis: Diagnosis) -> Experiment | None:
     """Design the experiment that best tells apart what the diagnosis could not; None where there is nothing to tell.
 
     Plans stay inside the joint ranges of the recording with a small margin. What the bench can do alone comes first;
-    where no such plan separates, a gauge in the arm's plane or another place of the camera is asked for.
+    where no such plan separates, the board, a gauge in the arm's plane or another place of the camera is asked for.
     """
     groups = rivals_of(diagnosis)
     if not groups:
@@ -141,7 +141,7 @@ def _experiment(
     appends: bool,
 ) -> Experiment:
     told = _told(groups, found)
-    least = min(told.values())
+    least = float(min(told.values()))
     names = tuple(name for name in told if name != "none")
     taken = {str(name) for name in diagnosis.problem.context.trajectory}
     trajectory, k = candidate.name, 2

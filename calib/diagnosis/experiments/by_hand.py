@@ -1,4 +1,4 @@
-"""What experiments that need a person would separate: a gauge in the arm's plane, the camera elsewhere."""
+"""What experiments that need a person would separate: the board seen again, a gauge, the camera elsewhere."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from calib.diagnosis.experiments.poses import Candidate, Space, camera_elsewhere, gauge_in_plane
+from calib.diagnosis.experiments.poses import Candidate, Space, calibrate_again, camera_elsewhere, gauge_in_plane
 from calib.diagnosis.experiments.rivals import Rivals
 from calib.diagnosis.fit import Data, Fit
 from models.camera import Camera
@@ -23,6 +23,7 @@ Found = list[dict[tuple[int, int], float]]
 
 # As the arm's base plate has room for; twice the noise's variance, since a length has two ends.
 _GAUGE_MM = 40.0
+_SQUARE_MM = 23.0  # the printed board's, 9 x 6 inner corners
 _SIDEWAYS_RAD = np.radians(20.0)
 
 
@@ -30,7 +31,11 @@ def hand_separation(data: Data, space: Space, groups: list[Rivals]) -> Iterator[
     """Yield each experiment by hand with the separations (in standard deviations) that it promises."""
     if space.context.camera is None:
         return
-    for candidate, difference in ((gauge_in_plane(space), _by_gauge), (camera_elsewhere(space), _by_view)):
+    for candidate, difference in (
+        (calibrate_again(space), _by_board),
+        (gauge_in_plane(space), _by_gauge),
+        (camera_elsewhere(space), _by_view),
+    ):
         found: Found = []
         for group in groups:
             pairs: dict[tuple[int, int], float] = {}
@@ -43,6 +48,20 @@ def hand_separation(data: Data, space: Space, groups: list[Rivals]) -> Iterator[
                 pairs[pair] = min(pairs.get(pair, np.inf), distance)
             found.append(pairs)
         yield candidate, found
+
+
+def _by_board(data: Data, candidate: Candidate, true: Fit, other: Fit) -> float:
+    """Distance of two models in one view of the board as the camera stands now, in their noise."""
+    problem = data.problem
+    assert problem.context.camera is not None
+    x, y = np.meshgrid(np.arange(9) * _SQUARE_MM, np.arange(6) * _SQUARE_MM)
+    corners = np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], axis=-1)
+    board = np.broadcast_to(corners, (len(problem.context), *corners.shape))
+    seen = [
+        camera_path(problem.context, model.effects).project(problem.context.camera, board)[-1]
+        for model in (true, other)
+    ]
+    return float(np.linalg.norm(seen[0] - seen[1])) / data.noise
 
 
 def _by_gauge(data: Data, candidate: Candidate, true: Fit, other: Fit) -> float:

@@ -152,6 +152,17 @@ def gauge_in_plane(space: Space) -> Candidate:
     return Candidate("gauge_in_plane", q, np.zeros(len(q)), "a known length is seen in the arm's plane", do)
 
 
+def calibrate_again(space: Space) -> Candidate:
+    """The arm at rest, and the camera's place calibrated once more by the board."""
+    do = (
+        "take new board views and calibrate the camera's place and lens anew, without touching it "
+        "(armtwin calibrate-camera)",
+        "compare with the calibration that the recording holds: a cause in the camera shows there, one in the arm does "
+        "not; then record again with the new calibration",
+    )
+    return Candidate("calibrate_again", space.rest[None], np.zeros(1), "the camera is held against the board again", do)
+
+
 _BY_JOINT: dict[str, Callable[[Space, int], Candidate]] = {
     "reversal": reversal,
     "growing_steps": growing_steps,
@@ -166,6 +177,7 @@ _BY_ARM: dict[str, Callable[[Space], Candidate]] = {
 }
 # What has to be done by a person and cannot be appended to the recording.
 BY_HAND: dict[str, Callable[[Space], Candidate]] = {
+    "calibrate_again": calibrate_again,
     "gauge_in_plane": gauge_in_plane,
     "camera_elsewhere": camera_elsewhere,
 }

@@ -125,3 +125,17 @@ def test_a_known_mass_stands_in_the_plan(tie: Diagnosis) -> None:
     bare, loaded = (payload.q_cmd[payload.payload_kg == mass] for mass in (0.0, 0.1))
     assert (bare == loaded).all()
     assert payload.instructions
+
+
+def test_a_tilted_camera_that_a_tilted_axis_explains_as_well_is_answered_by_calibrating_it_again() -> None:
+    world = with_effect(upright_world(DEVIATION), "camera_tilt", {"tilt_x_rad": 0.03, "tilt_y_rad": 0.01})
+    plan = plan_of(dict(zip("abcd", np.array_split(scattered(60, 5), 4), strict=True)))
+    rng = np.random.default_rng(5)
+    seen = make_recording(world, plan.q_cmd, plan.trajectory, None, rng, 0.2, held_out=("d",), markers=("a", "f"))
+    found = diagnose(seen)
+    assert found.verdict == "ambiguous"
+    experiment = propose(found)
+    assert experiment is not None
+    assert set(experiment.tells_apart) == {"camera_tilt", "axis_tilt"}
+    assert not experiment.appends
+    assert any("calibrate" in step for step in experiment.instructions)
