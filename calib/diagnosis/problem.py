@@ -73,9 +73,10 @@ class Problem:
             return self
         return replace(self, context=replace(self.context, links=self.geometry(g).links))
 
-    def predict(self, g: Array, effects: Sequence[Active]) -> Array:
-        """(N, M, d) predicted channels."""
-        q = joint_angles(self.context, effects)
+    def predict(self, g: Array, effects: Sequence[Active], q: Array | None = None) -> Array:
+        """(N, M, d) predicted channels; `q` (N, n) are the link angles where they are known already."""
+        if q is None:
+            q = joint_angles(self.context, effects)
         if not self.is_pixels:
             return (q + g)[..., None]
         points = marker_points(self.context, self.geometry(g), q, effects)

@@ -59,7 +59,18 @@ class Screen:
         return self._in_channels(candidate, parameters, free)
 
     def _turned(self, candidate: Active) -> Array:
-        return joint_angles(self._data.problem.context, (*self._base.effects, candidate)) - self._q
+        return self._angles(candidate) - self._q
+
+    def _angles(self, candidate: Active) -> Array:
+        """(N, n) link angles with the candidate; what acts before it is not computed anew."""
+        stage, context = candidate.effect.stage, self._data.problem.context
+        if stage > Stage.JOINT:
+            return self._q
+        acting = [active.effect.stage for active in self._base.effects if active.effect.stage <= Stage.JOINT]
+        if candidate.effect.term is not None and all(stage >= earlier for earlier in acting):
+            moved: Array = candidate.effect.term(context, self._q, candidate.values, candidate.site)
+            return moved
+        return joint_angles(context, (*self._base.effects, candidate))
 
     def _in_joint_space(
         self, candidate: Active, parameters: Sequence[Parameter], free: Sequence[int], dq: Array
@@ -89,12 +100,13 @@ class Screen:
 
     def _in_channels(self, candidate: Active, parameters: Sequence[Parameter], free: Sequence[int]) -> float:
         problem, base = self._data.problem, self._base
-        start = problem.predict(base.g, (*base.effects, candidate))
+        start = problem.predict(base.g, (*base.effects, candidate), self._angles(candidate))
         r = self._values(problem.observed - start)
         columns = np.empty((len(r), len(free)))
         for column, k in enumerate(free):
             moved, step = _stepped(candidate, parameters, k)
-            columns[:, column] = self._values((problem.predict(base.g, (*base.effects, moved)) - start) / step)
+            shifted = problem.predict(base.g, (*base.effects, moved), self._angles(moved))
+            columns[:, column] = self._values((shifted - start) / step)
         gradient = self._J.T @ r + self._pull
         return self._promised(
             candidate, parameters, free, float(r @ r), gradient, self._J.T @ columns, columns.T @ columns, columns.T @ r
