@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from models.errors import InputError
 from models.kinematics import Deviation
 from models.plan import Plan, plan_of
 from models.recording import Recording
 from models.world import World
-from scenarios.closed_loop import close_loop, go_on, record_scenario
+from scenarios.cli import main
+from scenarios.closed_loop import Round, close_loop, close_loop_on, described, go_on, record_scenario
 from scenarios.scenario import read_scenario
 from sim.observe import default_clock, make_recording
 from tests.support.worlds import scattered, upright_world, with_effect
@@ -27,7 +31,7 @@ def recorded(world: World, of: Plan, noise_px: float, *, timed: bool = False, se
     return make_recording(world, of.q_cmd, of.trajectory, clock, rng, noise_px, held_out=("d",))
 
 
-def said(rounds: list, k: int) -> set[str]:
+def said(rounds: list[Round], k: int) -> set[str]:
     """Effects between which round k could not decide."""
     (cause,) = rounds[k].diagnosis.causes
     return {active.effect.name for active in (cause.active, *cause.equivalents)}
@@ -112,3 +116,23 @@ def test_a_scenario_is_recorded_on_its_own_bench() -> None:
     assert recording.held_out == ("line",)
     assert list(dict.fromkeys(recording.trajectory)) == list(scenario.trajectories)
     assert world.arm is recording.arm
+
+
+def test_a_round_is_told_in_a_line() -> None:
+    world = upright_world(DEVIATION)
+    (one,) = close_loop(world, recorded(world, plan(scattered(60, 5)), 0.1))
+    assert described(one) == "60 poses: none"
+
+
+def test_an_unknown_scenario_is_refused() -> None:
+    with pytest.raises(InputError, match=r"papper.*paper"):
+        close_loop_on("papper")
+
+
+def test_neither_recording_nor_bench_is_refused_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as left:
+        main(["diagnose", "--out", str(tmp_path / "out")])
+    assert left.value.code == 2
+    assert capsys.readouterr().err.splitlines() == [
+        "armtwin: RECORDING is missing; give a recording's folder, or --bench SCENARIO"
+    ]

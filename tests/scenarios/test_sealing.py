@@ -10,6 +10,7 @@ import pytest
 
 from models.errors import InputError
 from models.recording_reader import read_recording
+from scenarios.cli import main
 from scenarios.scoring.orders import SealOptions, orders
 from scenarios.scoring.sealing import read_truth, seal, world_folder
 from sim.sealed import EFFECTS, STRENGTHS
@@ -130,3 +131,11 @@ def test_frames_are_rendered_and_measured(tmp_path: Path) -> None:
     assert len(list((world_folder(out, 0) / "frames").glob("*.png"))) == len(recording)
     assert recording.pixel_noise_px is not None
     assert recording.pixel_noise_px < 0.3  # a sub-pixel detector's, not the noise that was drawn for bare pixels
+
+
+def test_an_unknown_effect_ends_the_command_with_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as left:
+        main(["seal", "--effects", "backlush", "--out", str(tmp_path / "out")])
+    assert left.value.code == 2
+    assert len(capsys.readouterr().err.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
