@@ -52,4 +52,7 @@ def _print(console: Console, job: Job) -> None:
         less = "" if row["run"] == "before" else f"{row['reduction_percent']:.1f} %"
         table.add_row(LABELS[row["run"]], f"{row['mean_mm']:.3f}", f"{row['max_mm']:.3f}", less)
     console.print(table)
+    if gain["corrected_camera"]:
+        means = " → ".join(f"{row['mean_by_twin_camera_mm']:.3f}" for row in gain["rows"])
+        console.print(Text(f"The camera itself was corrected; through the extended twin's camera: {means} mm"))
     console.print(Text(job.load("diagnose")["words"]["headline"]))

@@ -38,7 +38,7 @@ def gain_section(run: RunData) -> Section:
             ),
             table(
                 ["mean error on the line, mm", "paper", *(LABELS[name] for name in rows)],
-                _closing(rows, run.results["validation"]["paper"]),
+                _closing(rows, run.results["validation"]["paper"], gain["corrected_camera"]),
                 "The paper's figures are those before and after its calibration. Intervals are 95 %, bootstrapped over "
                 "stretches of five poses; percentages are against the same arm before calibration. The camera's own "
                 "error is the distance of the measured from the true tip, which only a simulated bench can tell.",
@@ -64,14 +64,15 @@ def _how(gain: dict[str, Any]) -> str:
     if gain["corrected_camera"]:
         text += (
             " The pictures are measured through the camera as it was calibrated, as in the runs before: what is wrong "
-            "with the camera itself shows here as an error of the arm."
+            "with the camera itself shows here as an error of the arm. The closing table measures all three once more "
+            "through the camera as the extended twin has it."
         )
     if gain["verdict"] == "unknown":
         text += " No cause is proven: the model that comes nearest was used, and may be wrong on other poses."
     return text
 
 
-def _closing(rows: dict[str, dict[str, Any]], paper: dict[str, float]) -> list[list[Cell]]:
+def _closing(rows: dict[str, dict[str, Any]], paper: dict[str, float], corrected_camera: bool) -> list[list[Cell]]:
     def line(label: str, printed: Cell, key: str, digits: int) -> list[Cell]:
         return [label, printed, *(number(row[key], digits) for row in rows.values())]
 
@@ -86,6 +87,7 @@ def _closing(rows: dict[str, dict[str, Any]], paper: dict[str, float]) -> list[l
         between("its 95 % interval", "reduction_ci95_percent", 1),
         line("standard deviation along the line", "–", "std_mm", 3),
         line("largest", "–", "max_mm", 3),
+        *([line("mean, through the twin's camera", "–", "mean_by_twin_camera_mm", 3)] if corrected_camera else []),
         line("mean, as it truly was", "–", "true_mean_mm", 3),
         line("camera's own error, RMS", "–", "vision_error_mm", 3),
     ]

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from calib.diagnosis.diagnosis import Diagnosis, NamedCause
+from models.camera import Camera
 from models.effects.correct import Correction, corrected_commands
+from models.effects.predict import camera_path
+from models.recording_writer import camera_table
 from scenarios.diagnosis.findings import estimates_of
 from scenarios.diagnosis.sections import Story, diagnosis_sections
 from scenarios.diagnosis.table import diagnosis_table
@@ -46,6 +51,7 @@ def diagnose_arm(job: Job, tick: Tick) -> dict[str, Any]:
             {"label": active.label, "where": active.effect.where}
             for active in story.diagnosis.explanation.final.effects
         ],
+        "camera": camera_table(camera_now(story.diagnosis)),
         "q_cmd_rad": correction.q_cmd,
         "missed_rad": correction.missed_rad,
         "chapters": [_chapter(section) for section in diagnosis_sections(story)],
@@ -62,6 +68,18 @@ def corrected_line(diagnosis: Diagnosis, poses: Array) -> Correction:
     explanation = diagnosis.explanation
     history = explanation.data.problem.context
     return corrected_commands(history, diagnosis.geometry.deviation, explanation.final.effects, poses)
+
+
+def camera_now(diagnosis: Diagnosis) -> Camera:
+    """Return the camera as the extended twin has it at the end of the recording: tilted, bumped, refocused."""
+    explanation = diagnosis.explanation
+    context = explanation.data.problem.context
+    assert context.camera is not None
+    path = camera_path(context, explanation.final.effects)
+    camera = context.camera.moved(Rotation.from_rotvec(path.rotation_rad[-1]).as_matrix(), path.translation_mm[-1])
+    K = camera.K.copy()
+    K[:2, :2] *= path.focal_scale[-1]
+    return replace(camera, K=K, D=camera.D + path.distortion)
 
 
 def _cause(cause: NamedCause, diagnosis: Diagnosis) -> dict[str, Any]:

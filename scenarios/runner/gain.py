@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from models.recording_reader import camera_from_table
+from models.validation import CameraTable, check
 from scenarios import paper_values as paper
 from scenarios.runner.job import Job
 from scenarios.runner.measure import recorded
@@ -31,13 +34,20 @@ def measure_gain(job: Job, tick: Tick) -> dict[str, Any]:
     runs = job.load("validation")["runs"] | {"extended": run}
     errors = {name: np.array(runs[name]["error_mm"], dtype=float) for name in RUNS}
     diagnosis = job.load("diagnose")
+    camera = camera_from_table(check(CameraTable, diagnosis["camera"], "stages/diagnose.json"))
+    recordings = {"before": before, "after": recorded(job, "after"), "extended": extended}
+    by_twin = {}
+    for name, recording in recordings.items():
+        lines = np.flatnonzero(recording.trajectory == job.scenario.validate_on)
+        true_line = np.array(runs[name]["true_mm"])
+        by_twin[name] = line_run(replace(recording, camera=camera), lines, path, true_line)["mean_mm"]
     tick(1, 1)
     return {
         "trajectory": job.scenario.validate_on,
         "verdict": diagnosis["found"]["verdict"],
         "corrected_with": [active["label"] for active in diagnosis["corrected_with"]],
         "corrected_camera": any(active["where"] == "camera" for active in diagnosis["corrected_with"]),
-        "rows": [_row(name, runs[name], errors) for name in RUNS],
+        "rows": [{**_row(name, runs[name], errors), "mean_by_twin_camera_mm": by_twin[name]} for name in RUNS],
         "noise_floor_mm": noise_floor_mm(diagnosis["found"]["held_out"]["noise_floor_mm"]),
         "run": run,
     }

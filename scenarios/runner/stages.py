@@ -18,7 +18,7 @@ STAGES: dict[str, Stage] = {
     "diagnose": Stage("Diagnosis and extended twin", ("measure_before",), diagnosis.diagnose_arm),
     "capture_extended": Stage("Line by the extended twin", ("diagnose",), capture.capture_extended),
     "measure_extended": Stage("Markers in its frames", ("camera", "capture_extended"), measure.measure_extended),
-    "gain": Stage("Gain", ("validation", "measure_extended"), gain.measure_gain),
+    "gain": Stage("Gain", ("validation", "diagnose", "measure_extended"), gain.measure_gain),
     "results": Stage("Results", ("gauges", "gain"), results.gather),
     "report": Stage("Report", ("results",), report.write_report),
 }

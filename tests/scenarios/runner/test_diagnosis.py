@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from calib.diagnosis.diagnosis import Diagnosis, diagnose
+from models.camera import project
 from models.kinematics import inverse
 from models.trajectories import line
-from models.world import World
+from models.world import Moment, World
 from scenarios.closed_loop import record_scenario
-from scenarios.runner.diagnosis import corrected_line
+from scenarios.runner.diagnosis import camera_now, corrected_line
 from scenarios.scenario import ScenarioFile, check_scenario
 from sim.observe import default_clock
 from sim.physics.simulation import simulate
@@ -68,3 +69,13 @@ def test_where_nothing_is_wrong_the_commands_are_those_of_the_geometry() -> None
     poses = there_and_back()
     wanted = inverse(recording.arm, poses, delta=diagnosis.geometry.deviation)
     assert np.allclose(corrected_line(diagnosis, poses).q_cmd, wanted, atol=1e-12)
+
+
+def test_a_bumped_camera_is_known_where_it_stands_now() -> None:
+    bump = {"rotation_x_rad": 0.004, "rotation_y_rad": -0.005, "translation_z_mm": 2.0, "from_sample": 30}
+    world, recording = record_scenario(scenario_with({"name": "camera_moved", **bump}))
+    now = camera_now(diagnose(recording))
+    late = world.camera_at(Moment(len(recording) - 1, 0.0, 1.0))
+    points = np.array([[0.0, 0.0, -80.87], [120.0, 40.0, -80.87], [140.0, 80.0, -80.87]])
+    assert np.abs(project(world.true_camera, points) - project(late, points)).max() > 5.0
+    assert np.abs(project(now, points) - project(late, points)).max() < 0.5
