@@ -46,7 +46,7 @@ class Disc:
 
 
 # Share of the outline from which a disc counts as wholly seen: what one thin cable across it leaves.
-WHOLE = 0.85
+WHOLE = 0.9
 
 
 @dataclass(frozen=True)

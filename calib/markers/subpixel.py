@@ -14,7 +14,7 @@ from calib.markers.candidates import Candidate, find_candidates, red_channel
 from calib.markers.disc import WHOLE, Array, DetectorConfig, Disc, Image, Mask
 from calib.markers.edges import EdgePoints, find_edges, first_edges, n_normals
 from calib.markers.ellipse import Ellipses, fit_ellipses, semi_axes
-from models.camera import Camera, back_project, project, project_jacobian
+from models.camera import Camera, back_project, distort_jacobian, project, project_jacobian
 
 # Relative difference of the semi-axes that is believed without evidence, one standard deviation: on the disc's plane
 # an orientation 2 degrees off at a tilt of 10; in raw pixels of an unknown camera a disc seen 15 degrees askew.
@@ -60,7 +60,7 @@ def _measure(
     centre = np.stack([c.centre for c in candidates])
     shape = np.stack([c.shape for c in candidates])
     normals = n_normals(max(c.radius for c in candidates))
-    to_plane = _local_plane(camera, centre, plane_z_mm)
+    to_plane = _local_plane(camera, centre)
     edges = first_edges(red, centre, shape, normals // 2)
     for number in range(_MOST_PASSES):
         last = centre
@@ -76,12 +76,19 @@ def _measure(
     return _discs(edges, centre, shape, camera, plane_z_mm, config)
 
 
-def _local_plane(camera: Camera | None, centre: Array, plane_z_mm: float) -> Array:
-    """(K, 2, 2) linear map of small pixel offsets about (K, 2) centres to the plane; identity without a camera."""
+def _local_plane(camera: Camera | None, centre: Array) -> Array:
+    """(K, 2, 2) linear map of small pixel offsets about (K, 2) centres to the plane, up to scale.
+
+    The lens's displacement of the centres themselves is left out, which only the passes rest on. Identity without a
+    camera.
+    """
     if camera is None:
         return np.broadcast_to(np.eye(2), (len(centre), 2, 2))
-    J = project_jacobian(camera, back_project(camera, centre, plane_z_mm))[..., :2]
-    return np.asarray(np.linalg.inv(J), dtype=float)
+    K, R = camera.K[:2, :2], camera.R_board_camera
+    xy: Array = (centre - camera.K[:2, 2]) @ np.linalg.inv(K).T
+    on_plane = R[:2, :2] - xy[:, :, None] * R[2, :2]
+    J: Array = K @ distort_jacobian(xy, camera.D) @ on_plane
+    return np.asarray(np.linalg.inv(J), dtype=np.float64)
 
 
 def _refit(edges: EdgePoints, centre: Array, to_plane: Array, camera: Camera | None) -> tuple[Array, Array]:
