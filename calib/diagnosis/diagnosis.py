@@ -28,6 +28,8 @@ Verdict = Literal["none", "named", "ambiguous", "unknown"]
 
 # A remainder this many times the declared noise's variance is no noise, whatever it follows.
 _LOUD = 1.5
+# What hides well below the declared noise may follow anything: the declaration says that it does not matter.
+_HEARD = 0.5
 # No term has exactly the world's form, but a model that leaves more than this share of what there was to explain has
 # not found the cause; nor has one that leaves a lesser share, well above the noise, that plainly follows something.
 _LEFT_SHARE = 0.1
@@ -140,7 +142,7 @@ def check_decidable(problem: Problem, rows: Bool) -> None:
 def _verdict(explanation: Explanation, after: tuple[Trend, ...], causes: tuple[NamedCause, ...]) -> Verdict:
     reduced = _without_worst(explanation.final.misfit, explanation)
     if not explanation.causes:
-        if after or reduced > _LOUD:
+        if reduced > _LOUD or (after and reduced > _HEARD):
             return "unknown"
         return "named" if causes else "none"
     before = _without_worst(explanation.geometric.misfit, explanation)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -55,7 +56,10 @@ def _measure(job: Job, name: str, held_out: tuple[str, ...], tick: Tick) -> dict
     )
     fine = measure_frames(frames, "subpixel", progress=lambda done, _: tick(done, 2 * n))
     coarse = _by_paper(frames, lambda done, _: tick(n + done, 2 * n))
-    write_recording(job.recordings / name, with_markers(frames, fine))
+    measured = with_markers(frames, fine)
+    # A centre is known no better than the camera that it is compared through, and that fits its board to so much.
+    detection, camera = measured.pixel_noise_px or 0.0, float(job.load("camera")["rms_px"])
+    write_recording(job.recordings / name, replace(measured, pixel_noise_px=float(np.hypot(detection, camera))))
     return {"subpixel": _table(frames, fine), "paper": coarse}
 
 
