@@ -55,6 +55,8 @@ def read_bench(path: Path) -> BenchSetup:
 
     Files that it names (`arm`, `camera.calibration`, a video) lie in its folder or below.
     """
+    if path.exists() and not path.is_file():  # a pipe or a device would be read without end
+        raise InputError(f"{path}: a folder, a pipe or a device; a bench file is TOML, see bench-guide.md")
     try:
         if path.stat().st_size > _MAX_BYTES:
             raise InputError(f"{path.name}: larger than {_MAX_BYTES} bytes, no bench file")
@@ -63,7 +65,7 @@ def read_bench(path: Path) -> BenchSetup:
         raise InputError(
             f"{path}: cannot be read ({error.strerror}); a bench file is TOML, see bench-guide.md"
         ) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, a whole number of thousands of digits
         raise InputError(f"{path.name}: not TOML ({error})") from None
     table = check(BenchTable, data, path.name)
     arm = nominal_arm() if table.arm is None else read_arm(beside(path, "arm", table.arm))
@@ -112,6 +114,8 @@ def setup_of(table: BenchTable, arm: Arm, camera: Camera) -> BenchSetup:
 def beside(path: Path, key: str, name: str) -> Path:
     """Return the file `name` in the folder of `path` or below it; raises `InputError` for one that leaves it."""
     folder = path.parent.resolve()
+    if not name.isprintable():  # the system takes no path with a zero byte
+        raise InputError(f"{path.name}: {key}: {name!r} is no name of a file")
     target = (folder / name).resolve()
     if not target.is_relative_to(folder):
         raise InputError(f"{path.name}: {key}: '{name}' leaves the bench file's folder; copy the file beside it")

@@ -99,13 +99,14 @@ def camera_from_table(table: CameraTable) -> Camera:
 
 
 def _read_header(path: Path) -> _RecordingFile:
+    _check_is_file(path)
     try:
         if path.stat().st_size > _MAX_JSON_BYTES:
             raise RecordingError(f"{path.name}: larger than {_MAX_JSON_BYTES} bytes, no header of a recording")
         data = json.loads(path.read_text("utf-8"))
-    except FileNotFoundError:
-        raise RecordingError(f"{path}: no such file; a recording folder needs it") from None
-    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read ({error.strerror}); a recording folder needs it") from None
+    except (ValueError, RecursionError) as error:  # no JSON, no UTF-8, a whole number of thousands of digits
         raise RecordingError(f"{path.name}: not JSON ({error})") from None
     try:
         return check(_RecordingFile, data, path.name)
@@ -114,13 +115,14 @@ def _read_header(path: Path) -> _RecordingFile:
 
 
 def _read_rows(path: Path) -> tuple[list[str], list[list[str]]]:
+    _check_is_file(path)
     try:
         if path.stat().st_size > _MAX_CSV_BYTES:
             raise RecordingError(f"{path.name}: larger than {_MAX_CSV_BYTES} bytes; split the recording")
         with path.open(encoding="utf-8-sig", newline="") as stream:
             lines = list(csv.reader(stream))
-    except FileNotFoundError:
-        raise RecordingError(f"{path}: no such file; a recording folder needs it") from None
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read ({error.strerror}); a recording folder needs it") from None
     except (UnicodeDecodeError, csv.Error) as error:
         raise RecordingError(f"{path.name}: not a CSV file in UTF-8 ({error})") from None
     while lines and not lines[-1]:  # blank lines at the end; one between rows would shift every line number
@@ -132,6 +134,13 @@ def _read_rows(path: Path) -> tuple[list[str], list[list[str]]]:
         if len(line) != len(columns):
             raise RecordingError(f"{path.name}: line {number} has {len(line)} cells, the header has {len(columns)}")
     return columns, lines[1:]
+
+
+def _check_is_file(path: Path) -> None:
+    """Refuse what is no plain file: a pipe or a device would be read without end."""
+    if not path.is_file():
+        what = "no plain file" if path.exists() else "no such file"
+        raise RecordingError(f"{path}: {what}; a recording folder needs it")
 
 
 def _check_columns(columns: list[str], arm: Arm) -> None:

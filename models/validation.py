@@ -10,9 +10,11 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from models.errors import InputError, nearest
 
 Model = TypeVar("Model", bound=BaseModel)
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+# No measure of an arm on a table comes near it in any unit; beyond about 1e150 the square of a number overflows.
+_LARGEST = 1e9
+Finite = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST, allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0, le=_LARGEST, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, le=_LARGEST, allow_inf_nan=False)]
 
 # No arm on a table is shorter than this; a longest link below it was given in metres.
 _SHORTEST_ARM_MM = 2.0
@@ -80,8 +82,10 @@ class CameraTable(Strict):
     @model_validator(mode="after")
     def _is_a_camera(self) -> CameraTable:
         K = np.array(self.camera_matrix)
-        if K[0, 0] <= 0 or K[1, 1] <= 0 or abs(K[2] - [0, 0, 1]).max() > 1e-9 or K[1, 0] != 0:
-            raise ValueError("camera_matrix must be [[fx, s, cx], [0, fy, cy], [0, 0, 1]] with fx, fy > 0 in pixels")
+        if K[0, 0] < 1 or K[1, 1] < 1 or abs(K[2] - [0, 0, 1]).max() > 1e-9 or K[1, 0] != 0:
+            raise ValueError(
+                "camera_matrix must be [[fx, s, cx], [0, fy, cy], [0, 0, 1]] with fx, fy > 0 in pixels, at least 1"
+            )
         R = np.array(self.board_to_camera_rotation)
         off = abs(R @ R.T - np.eye(3)).max()
         if off > _ROTATION_TOLERANCE or np.linalg.det(R) < 0:
@@ -115,6 +119,8 @@ def _one_line(model: type[BaseModel], error: ValidationError, file: str) -> str:
     if first["type"] == "missing":
         return f"{file}: key '{key}' is missing{more}"
     message = first["msg"].removeprefix("Value error, ")
+    if first["type"] == "model_type":  # pydantic names the class, which is not the user's
+        message = "a table of keys and values is wanted"
     found = "" if first["type"] == "value_error" else f", found {_short(first.get('input'))}"
     return f"{file}: {f'{key}: ' if key else ''}{message}{found}{more}"
 

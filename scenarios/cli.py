@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
+import os
 import sys
+import traceback
 
 import typer
 from rich.console import Console
 
-from models.errors import ArmtwinError
+from models.errors import ArmtwinError, InputError
 
 # Command -> module and function under scenarios/commands.
 COMMANDS = {
@@ -23,6 +26,11 @@ COMMANDS = {
     "bench-check": "bench_check:bench_check_command",
     "seal": "seal:seal_command",
     "score": "score:score_command",
+}
+# What the system says of a path that was given wrongly, rather than of a disk that is full or breaks.
+_WRONG_PATH = {
+    *(errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.EEXIST, errno.ENAMETOOLONG, errno.ELOOP),
+    *(errno.EACCES, errno.EPERM, errno.EROFS),
 }
 # What a shell reports for a program that was ended by Ctrl-C: 128 + SIGINT.
 _INTERRUPTED = 130
@@ -40,21 +48,41 @@ def build_app(wanted: str | None = None) -> typer.Typer:
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line and leave with 0 done, 1 the job failed, 2 the input is wrong, 130 interrupted."""
+    """Run the command line and leave with 0 done, 1 the job failed, 2 the input is wrong, 130 interrupted.
+
+    A defect of armtwin's own is one line too; with ARMTWIN_TRACEBACK set its traceback follows.
+    """
     arguments = sys.argv[1:] if arguments is None else arguments
     try:
         app = build_app(arguments[0] if arguments else None)
-        app(arguments)
+        code = app(arguments, standalone_mode=False) or 0
+    except KeyboardInterrupt:
+        code = _INTERRUPTED
+    except typer.Abort:
+        _say("given up: no answer at the terminal")
+        code = 1
+    except typer.TyperException as error:  # a wrong option, argument or command; empty after the help was shown
+        if error.format_message():
+            _say(f"{error.format_message()} See armtwin {_command_of(arguments)}--help")
+        code = error.exit_code
     except ArmtwinError as error:
         _say(str(error))
-        sys.exit(error.exit_code)
+        code = error.exit_code
     except OSError as error:
         _say(f"{error.filename or 'system'}: {error.strerror or error}")
-        sys.exit(1)
-    except SystemExit as left:
-        if left.code == _INTERRUPTED:
-            _say("interrupted; the same command goes on from here")
-        raise
+        code = InputError.exit_code if error.errno in _WRONG_PATH else 1
+    except Exception as error:  # noqa: BLE001  # a defect of ours
+        _say(f"broke down ({type(error).__name__}: {error}); set ARMTWIN_TRACEBACK=1 to see where, and report it")
+        if os.environ.get("ARMTWIN_TRACEBACK"):
+            traceback.print_exc()
+        code = 1
+    if code == _INTERRUPTED:
+        _say("interrupted; the same command goes on from here")
+    sys.exit(code)
+
+
+def _command_of(arguments: list[str]) -> str:
+    return f"{arguments[0]} " if arguments and arguments[0] in COMMANDS else ""
 
 
 def _nothing() -> None:
@@ -62,5 +90,6 @@ def _nothing() -> None:
 
 
 def _say(message: str) -> None:
-    """Print one line on stderr."""
-    Console(stderr=True, markup=False, highlight=False, soft_wrap=True).print(f"armtwin: {' '.join(message.split())}")
+    """Print one line on stderr; what a file smuggles in to control the terminal is shown as '?'."""
+    line = "".join(c if c.isprintable() else "?" for c in " ".join(message.split()))
+    Console(stderr=True, markup=False, highlight=False, soft_wrap=True).print(f"armtwin: {line}")

@@ -25,6 +25,7 @@ from models.recording import Recording
 from models.recording_reader import read_recording
 from models.recording_writer import arm_table
 from models.validation import ArmFile, check
+from scenarios.commands.outputs import check_out_folder
 
 SCHEMA = "armtwin.calibration/1"
 # Over fifty poses the residuals give the noise to 4 %, and a stated one is rarely known better than to a tenth.
@@ -68,8 +69,7 @@ def calibrate_command(
 
     Example: armtwin calibrate recordings/circles --out calibrated --hold-out line
     """
-    if out.exists() and not out.is_dir():
-        raise InputError(f"{out}: is a file, --out wants a folder")
+    check_out_folder(out)
     data = _with_held_out(read_recording(recording), hold_out)
     found = least_squares.calibrate(data) if method is Method.LEAST_SQUARES else algorithm_1.calibrate(data)
     comparisons = compare(data, found)

@@ -17,6 +17,7 @@ from models.recording import Recording
 from models.recording_reader import read_recording
 from models.recording_writer import write_recording
 from scenarios.closed_loop import close_loop_on, described
+from scenarios.commands.outputs import check_out_folder
 from scenarios.diagnosis.summary import print_summary
 from scenarios.diagnosis.whole import story_of, write_story
 
@@ -52,8 +53,7 @@ def diagnose_command(
 
     Example: armtwin diagnose recordings/circles --out diagnosed
     """
-    if out.exists() and not out.is_dir():
-        raise InputError(f"{out}: is a file, --out wants a folder")
+    check_out_folder(out)
     for path in effects or ():
         register_file(path)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())

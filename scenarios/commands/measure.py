@@ -12,9 +12,9 @@ from rich.progress import Progress
 from rich.table import Table
 
 from calib.markers import MarkerReading, measure_frames, with_markers
-from models.errors import InputError
 from models.recording_reader import read_recording
 from models.recording_writer import write_recording
+from scenarios.commands.outputs import check_out_folder
 
 
 class Detector(StrEnum):
@@ -42,8 +42,7 @@ def measure_command(
 
     Example: armtwin measure recordings/circles --method subpixel --out recordings/circles_measured
     """
-    if out.exists() and not out.is_dir():
-        raise InputError(f"{out}: is a file, --out wants a folder")
+    check_out_folder(out)
     data = read_recording(recording, unmeasured=True)
     with Progress(console=Console(stderr=True), transient=True) as progress:
         bar = progress.add_task("Measuring frames", total=len(data))

@@ -10,6 +10,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from models.errors import InputError
+from scenarios.commands.outputs import check_out_folder
 from scenarios.report.line_figures import LABELS
 from scenarios.runner.job import Job, alone, open_job
 from scenarios.runner.run import run_stages
@@ -37,7 +39,11 @@ def run_command(
     Example: armtwin run paper --out out/paper
     """
     wanted = read_scenario(scenario)
-    build_world(wanted)  # what cannot be built is refused before anything is written
+    check_out_folder(out)
+    try:
+        build_world(wanted)  # what cannot be built is refused before anything is written
+    except InputError as error:
+        raise InputError(f"{scenario}: {error}") from None
     job = open_job(out, wanted)
     with alone(job):
         run_stages(job, STAGES, workers)

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from models.errors import InputError
+from scenarios.commands.outputs import check_out_folder
 from scenarios.scoring.orders import SealOptions
 from scenarios.scoring.sealing import seal
 
@@ -39,6 +40,7 @@ def seal_command(
     """
     if uncatalogued is not None and not uncatalogued.is_file():
         raise InputError(f"--uncatalogued: no Python file '{uncatalogued}'")
+    check_out_folder(out)
     options = SealOptions(
         n=n,
         seed=seed,

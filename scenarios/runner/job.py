@@ -26,7 +26,12 @@ class Job:
     @cached_property
     def scenario(self) -> ScenarioFile:
         """The scenario, as it was when the run was started."""
-        return check_scenario(json.loads(self._scenario_path.read_text("utf-8")), str(self._scenario_path))
+        path = self._scenario_path
+        try:
+            data = json.loads(path.read_text("utf-8"))
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"{path}: not JSON ({error}), so no run can go on; choose another --out") from None
+        return check_scenario(data, str(path))
 
     @property
     def recordings(self) -> Path:

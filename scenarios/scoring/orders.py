@@ -122,5 +122,8 @@ def load_uncatalogued(path: Path) -> Uncatalogued:
         raise InputError(f"--uncatalogued: no Python file '{path}'")
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module  # its dataclasses look themselves up there
-    spec.loader.exec_module(module)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # somebody else's program: whatever it raises is its fault
+        raise InputError(f"--uncatalogued: '{path}' does not run: {type(error).__name__}: {error}") from error
     return Uncatalogued(module, path)

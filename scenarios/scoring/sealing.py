@@ -17,6 +17,7 @@ from models import atomic
 from models.errors import InputError, JobError
 from models.recording import Recording
 from models.recording_writer import write_recording
+from models.validation import check
 from models.world import World
 from scenarios.scoring.orders import Order, SealOptions, load_uncatalogued, orders
 from scenarios.scoring.pool import in_processes
@@ -25,6 +26,7 @@ from sim.observe import POSE_PERIOD_S
 from sim.sealed import STRENGTHS, Sealed, draw_world
 
 SCHEMA = "armtwin.sealed/1"
+_MOST_DIGITS = 9
 
 
 @dataclass(frozen=True)
@@ -130,7 +132,7 @@ def _begin(out: Path, options: SealOptions) -> dict[str, Any]:
             raise InputError(f"{out}: holds no sealed worlds and is not empty; choose another --out")
         return {}
     table = read_truth(out)
-    if SealOptions.model_validate(table["options"]) != options:
+    if check(SealOptions, table.get("options"), f"{out / 'truth.json'}: options") != options:
         raise InputError(f"{out}: holds worlds that were sealed with other options; choose another --out")
     worlds: dict[str, Any] = table["worlds"]
     return worlds
@@ -148,10 +150,13 @@ def read_truth(out: Path) -> dict[str, Any]:
         raise InputError(f"{out}: holds no truth.json; make sealed worlds with armtwin seal --out {out}")
     try:
         table: dict[str, Any] = json.loads(path.read_text("utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise InputError(f"{path}: not JSON ({error})") from None
     if not isinstance(table, dict) or table.get("schema") != SCHEMA or not isinstance(table.get("worlds"), dict):
         raise InputError(f"{path}: key 'schema' is wanted as {SCHEMA}, with 'options' and 'worlds'")
+    for name in table["worlds"]:  # they name folders
+        if not (name.isascii() and name.isdecimal() and len(name) <= _MOST_DIGITS):
+            raise InputError(f"{path}: worlds: found {name[:40]!r}, a number such as 0007 is wanted")
     if not table["worlds"]:
         raise JobError(f"{path}: no world was finished; run armtwin seal again with the same options")
     return table
