@@ -132,9 +132,10 @@ def _misses(expected: Sequence[Table], causes: Sequence[Table]) -> dict[str, flo
             if any(i.get("switch") and round(i["value"]) != true.get(n, 0) for n, i in intervals.items()):
                 continue  # the same motion stated in another frame has other numbers
             for name, interval in intervals.items():
-                if interval.get("switch") or (name not in true and "off" not in interval) or name == "start_side":
-                    continue
-                miss = interval["value"] - true.get(name, interval.get("off"))
+                real = true.get(name, interval.get("off"))
+                if interval.get("switch") or real is None or name == "start_side":
+                    continue  # no number, or one that the bench that made the world does not have
+                miss = interval["value"] - real
                 if name == "phase_rad":
                     miss = float(np.angle(np.exp(1j * miss)))
                 misses[f"{effect['effect']}.{name}"] = miss / max(interval["std"], 1e-12)

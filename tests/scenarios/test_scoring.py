@@ -126,6 +126,12 @@ def test_intervals_count_only_where_the_place_is_right() -> None:
     )
 
 
+def test_a_parameter_of_the_estimator_alone_has_no_truth_to_miss() -> None:
+    answer = cause("camera_drift", settling=(3.0, 0.1))
+    answer["parameters"]["settling"]["off"] = None
+    assert judge(truth(hidden("camera_drift")), said("named", answer)).misses == {}
+
+
 def test_the_held_out_error_is_measured_against_the_true_noise() -> None:
     real = truth(hidden("backlash", 2))
     answer = judge(real | {"noise_px": 0.2}, said("named", cause("backlash", 2)))
