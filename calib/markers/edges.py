@@ -18,10 +18,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.lib.stride_tricks import as_strided
 from scipy.special import ndtr
 
 from calib.markers.disc import Array, Image, Mask
-from calib.markers.ellipse import semi_axes
+from calib.markers.ellipse import determinants, semi_axes
 from calib.markers.levels import Profile, disc_edges, find_levels, masked_median, mean_where
 
 # Distance of samples on a normal, in blurs and at most in px: closer ones add time, not information.
@@ -82,19 +83,24 @@ class _Normals:
 
 
 def sample(image: Image, x: Array, y: Array) -> Array:
-    """Bilinear grey levels of a contiguous (H, W) picture at raw pixels x, y of one shape; NaN outside the picture."""
+    """Bilinear grey levels of a (H, W) picture at raw pixels x, y of one shape; NaN outside the picture.
+
+    The picture is contiguous or a channel of one that is: its strides are not negative.
+    """
     height, width = image.shape
     column = np.clip(x, 0.0, width - 1.001).astype(np.intp)
     row = np.clip(y, 0.0, height - 1.001).astype(np.intp)
     fx, fy = x - column, y - row
     inside = (np.abs(fx - 0.5) <= 0.501) & (np.abs(fy - 0.5) <= 0.501)
-    flat = image.reshape(-1)
-    at = row * width + column
-    upper = flat.take(at).astype(float)
-    upper += fx * (flat.take(at + 1) - upper)
-    at += width
-    lower = flat.take(at).astype(float)
-    lower += fx * (flat.take(at + 1) - lower)
+    # The picture may be one channel of three: its bytes are read where they lie, since a copy takes longer than this.
+    pixels = as_strided(image, ((height - 1) * image.strides[0] + (width - 1) * image.strides[1] + 1,), (1,))
+    at = row * image.strides[0] + column * image.strides[1]
+    right = image.strides[1]
+    upper = pixels.take(at).astype(float)
+    upper += fx * (pixels.take(at + right) - upper)
+    at += image.strides[0]
+    lower = pixels.take(at).astype(float)
+    lower += fx * (pixels.take(at + right) - lower)
     return np.where(inside, upper + fy * (lower - upper), np.nan)
 
 
@@ -212,7 +218,7 @@ def _read(
     seen: Mask = np.isfinite(grey[..., 0] + grey[..., -1])  # with both ends in the picture a normal is all in it
     if not seen.all():
         grey = np.where(seen[..., None], grey, 0.0)
-    return _Normals(feet, directions, n, grey, seen, np.sqrt(np.abs(np.linalg.det(shape))))
+    return _Normals(feet, directions, n, grey, seen, np.sqrt(determinants(shape)))
 
 
 @lru_cache(maxsize=64)

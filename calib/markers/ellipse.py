@@ -92,10 +92,15 @@ def fit_ellipses(points: Array, mask: Mask, shape_prior: float, steps: int) -> E
     )
 
 
+def determinants(shape: Array) -> Array:
+    """(K,) absolute determinants of (K, 2, 2) shapes: the products of their semi-axes."""
+    return np.abs(shape[:, 0, 0] * shape[:, 1, 1] - shape[:, 0, 1] * shape[:, 1, 0])
+
+
 def semi_axes(shape: Array) -> Array:
     """(K, 2) semi-axes, the longer first, of the ellipses `shape @ (cos t, sin t)` (K, 2, 2): its singular values."""
     square = (shape**2).sum(axis=(-2, -1))
-    twice_area = 2.0 * np.abs(np.linalg.det(shape))
+    twice_area = 2.0 * determinants(shape)
     plus, minus = np.sqrt(square + twice_area), np.sqrt(np.maximum(square - twice_area, 0.0))
     return 0.5 * np.stack([plus + minus, plus - minus], axis=-1)
 

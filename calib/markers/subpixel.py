@@ -13,7 +13,7 @@ import numpy as np
 from calib.markers.candidates import Candidate, find_candidates, red_channel
 from calib.markers.disc import WHOLE, Array, DetectorConfig, Disc, Image, Mask
 from calib.markers.edges import EdgePoints, find_edges, first_edges, n_normals
-from calib.markers.ellipse import Ellipses, fit_ellipses, semi_axes
+from calib.markers.ellipse import Ellipses, determinants, fit_ellipses, semi_axes
 from models.camera import Camera, back_project, distort_jacobian, project, project_jacobian
 
 # Relative difference of the semi-axes that is believed without evidence, one standard deviation: on the disc's plane
@@ -36,7 +36,7 @@ def detect_subpixel(
     config = config or DetectorConfig()
     candidates = find_candidates(image, config)
     discs: list[Disc] = []
-    red = np.ascontiguousarray(red_channel(image))
+    red = red_channel(np.ascontiguousarray(image))
     small = [c for c in candidates if c.radius < 10.0]
     large = [c for c in candidates if c.radius >= 10.0]
     for group in (small, large):  # one number of normals a group
@@ -159,7 +159,7 @@ def _edge_std(fit: Ellipses, edges: EdgePoints, shape: Array) -> Array:
     The larger of what the pixels' noise gives and what the points scatter by: only the second knows of a wrong shape,
     but it sees too little of noise that neighbouring points share.
     """
-    unit = np.sqrt(np.abs(np.linalg.det(fit.shape) / np.linalg.det(shape)))
+    unit = np.sqrt(determinants(fit.shape) / determinants(shape))
     kept = fit.weights > 0.0
     scatter = np.sqrt((np.where(kept, fit.residuals, 0.0) ** 2).sum(axis=-1) / np.maximum(kept.sum(axis=-1) - 5, 1))
     larger: Array = np.maximum(edges.edge_std * unit, scatter)

@@ -138,6 +138,13 @@ def test_an_empty_picture_has_no_discs(webcam: Camera) -> None:
     assert detect(np.zeros((720, 1280, 3), np.uint8), camera=webcam) == ()
 
 
+def test_a_turned_view_of_a_picture_is_read_as_its_copy(webcam: Camera) -> None:
+    image = take(draw_discs(webcam, places_of(webcam, SPREAD), RADIUS_MM))[::-1, ::-1]
+    view, copy = detect(image), detect(image.copy())
+    assert len(view) == 6
+    assert np.array_equal([d.centre for d in view], [d.centre for d in copy])
+
+
 def test_the_same_picture_gives_the_same_bits(webcam: Camera, rng: np.random.Generator) -> None:
     image = take(draw_discs(webcam, places_of(webcam, SPREAD), RADIUS_MM), 4.0, rng)
     one, other = detect(image, camera=webcam), detect(image, camera=webcam)
