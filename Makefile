@@ -19,11 +19,12 @@ AVR_PACKAGES := gcc-avr avr-libc arduino-core-avr simavr libsimavr-dev libelf-de
 # One thread a worker: two test workers on two cores.
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 LP_NUM_THREADS=1
 
-.PHONY: help setup demo test check seal-score fuzz bench clean
+.PHONY: help setup demo test test-slow check seal-score fuzz bench clean
 
 help:
 	@echo "make demo    run the paper's experiment on the simulated bench; the report is out/paper/report.html"
 	@echo "make test    set up, then style, types, import rules and tests"
+	@echo "make test-slow   the long tests"
 	@echo "make setup   set up only"
 	@echo "make seal-score  hide effects in 360 worlds and score the diagnosis (about an hour)"
 	@echo "make fuzz    10,000 broken frames at both ends of the serial line"
@@ -36,7 +37,12 @@ demo: setup
 	$(BIN)/armtwin run paper --out out/paper
 
 test: setup $(AVR) check
-	$(THREADS) $(BIN)/pytest -n 2 --dist loadgroup
+	$(THREADS) $(BIN)/pytest -n 2 --dist loadgroup -m "not slow"
+
+# Every effect at three strengths, pairs, whole captures on the emulated bench: long, and with fresh worlds where
+# ARMTWIN_FRESH_SEEDS=n says so.
+test-slow: setup $(AVR)
+	$(THREADS) $(BIN)/pytest -n 2 --dist loadgroup -m slow
 
 check: setup
 	$(BIN)/ruff check .

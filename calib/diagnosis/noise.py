@@ -18,6 +18,13 @@ _LEAST_NOISE_PX = 1e-3
 _LEAST_DIFFERENCES = 8
 
 
+# Values beyond three standard deviations are clipped there; a Gaussian then keeps this part of its own.
+_CLIP = 3.0
+_CLIPPED_STD = 0.9974
+# The quietest of several estimates is low by chance; only one that is this much quieter than marker A is believed.
+_CLEARLY = 1.25
+
+
 def robust_std(values: Array) -> float:
     """Standard deviation about zero by the median of absolute values; NaN is left out."""
     return float(MAD_TO_STD * np.nanmedian(np.abs(values)))
@@ -28,21 +35,29 @@ def least_noise(problem: Problem) -> float:
     return _LEAST_NOISE_PX if problem.is_pixels else _LEAST_NOISE_RAD
 
 
+def clipped_std(values: Array) -> float:
+    """Standard deviation about zero of Gaussian values with a few gross ones; nearly as efficient as without them."""
+    limit = _CLIP * robust_std(values)
+    clipped = np.clip(values, -limit, limit)
+    return float(np.sqrt(np.nanmean(clipped * clipped))) / _CLIPPED_STD if limit > 0 else 0.0
+
+
 def estimate_noise(problem: Problem, residual: Array) -> float:
     """Noise of a recording that declares none, in the channels' unit, from the residual (N, M, d) of its geometry.
 
     Marker A does not move, so that what it does from one picture to the next is noise. Elsewhere second differences of
-    the residual cancel what varies smoothly; rough causes raise them, so the quietest channel is believed.
+    the residual cancel what varies smoothly; rough causes raise them. Marker A is believed unless another channel is
+    clearly quieter; without it, the quietest channel.
     """
     estimates = []
-    if problem.is_pixels and problem.channels[0] == "a":
-        steps = np.diff(problem.observed[:, 0], axis=0)
-        if np.isfinite(steps).sum() >= 16:
-            estimates.append(robust_std(steps) / np.sqrt(2.0))
     for channel in range(residual.shape[1]):
         # Poses kept back, or not seen, must not tear the sequence: with every fourth left out no three stand together.
         seen = residual[np.isfinite(residual[:, channel]).all(axis=-1), channel]
-        second = seen[2:] - 2.0 * seen[1:-1] + seen[:-2]
-        if second.size >= _LEAST_DIFFERENCES:
-            estimates.append(robust_std(second) / np.sqrt(6.0))
-    return max(min(estimates, default=robust_std(residual)), least_noise(problem))
+        at_rest = problem.is_pixels and problem.channels[channel] == "a"
+        change = seen[1:] - seen[:-1] if at_rest else seen[2:] - 2.0 * seen[1:-1] + seen[:-2]
+        if change.size >= _LEAST_DIFFERENCES:
+            estimates.append(clipped_std(change) / np.sqrt(2.0 if at_rest else 6.0))
+    quietest = min(estimates, default=robust_std(residual))
+    first = estimates[0] if estimates and problem.is_pixels and problem.channels[0] == "a" else quietest
+    noise = first if first < _CLEARLY * quietest else quietest
+    return max(noise, least_noise(problem))
