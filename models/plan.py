@@ -86,6 +86,11 @@ def read_plan(path: Path, n_joints: int) -> Plan:
             f"{path.name}: line {row + 2}, column '{joints[joint]}': {q_cmd[row, joint]:g} is beyond 2 pi; "
             "angles are in radians, these look like degrees: multiply by pi/180"
         )
+    for row, payload in enumerate(numbers.get("payload_kg", np.zeros(0))):
+        if payload < 0:
+            raise InputError(
+                f"{path.name}: line {row + 2}, column 'payload_kg': {payload:g} found, 0 or more is wanted"
+            )
     names = np.array([line[columns.index("trajectory")] for line in lines[1:]], dtype=np.str_)
     return Plan(names, q_cmd, numbers.get("payload_kg", np.zeros(len(q_cmd))))
 

@@ -25,6 +25,8 @@ _MAX_JSON_BYTES = 1 << 20
 _MAX_CSV_BYTES = 1 << 28
 # Gross detection errors may lie outside the picture, but not by ten pictures.
 _FAR_OUTSIDE = 10.0
+# Nothing that is measured comes near it, not even the time of day in microseconds; its square is still a number.
+_LARGEST = 1e18
 
 
 class _RecordingFile(Strict):
@@ -185,6 +187,8 @@ class _Table:
                 out[row] = float(text)
             except ValueError:
                 raise RecordingError(f"{self._at(row, name)}: '{text[:40]}' is no number") from None
+            if abs(out[row]) > _LARGEST and math.isfinite(out[row]):
+                raise RecordingError(f"{self._at(row, name)}: '{text[:40]}' is beyond {_LARGEST:g}")
             if not math.isfinite(out[row]):
                 raise RecordingError(
                     f"{self._at(row, name)}: '{text}' is not finite; "

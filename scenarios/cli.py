@@ -53,6 +53,7 @@ def main(arguments: list[str] | None = None) -> None:
     A defect of armtwin's own is one line too; with ARMTWIN_TRACEBACK set its traceback follows.
     """
     arguments = sys.argv[1:] if arguments is None else arguments
+    os.environ.setdefault("OPENCV_LOG_LEVEL", "ERROR")  # its warnings of a corrupt picture stand beside our own line
     try:
         app = build_app(arguments[0] if arguments else None)
         code = app(arguments, standalone_mode=False) or 0
@@ -63,7 +64,7 @@ def main(arguments: list[str] | None = None) -> None:
         code = 1
     except typer.TyperException as error:  # a wrong option, argument or command; empty after the help was shown
         if error.format_message():
-            _say(f"{error.format_message()} See armtwin {_command_of(arguments)}--help")
+            _say(f"{error.format_message().rstrip('.')}; see armtwin {_command_of(arguments)}--help")
         code = error.exit_code
     except ArmtwinError as error:
         _say(str(error))

@@ -17,6 +17,8 @@ from models.plan import Plan, paper_plan, read_plan
 BUILT_IN = ("paper",)
 _POSE_COLUMNS = ("x_mm", "y_mm", "theta_rad")
 _MAX_BYTES = 1 << 26
+# A kilometre in mm: nothing that an arm reaches, and its square is still a number.
+_FAR = 1e6
 
 
 def load_plan(name: str, arm: Arm) -> Plan:
@@ -70,6 +72,8 @@ def _pose(path: Path, number: int, columns: list[str], line: list[str]) -> NDArr
         text = line[columns.index(column)]
         with contextlib.suppress(ValueError):  # stays NaN
             values[k] = float(text)
-        if not np.isfinite(values[k]):
-            raise InputError(f"{path.name}: line {number}, column '{column}': '{text[:40]}' is no finite number")
+        if not abs(values[k]) < _FAR:
+            raise InputError(
+                f"{path.name}: line {number}, column '{column}': '{text[:40]}' is no finite number below {_FAR:g}"
+            )
     return values

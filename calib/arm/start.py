@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from calib.arm.chain import LENGTH_SPREAD_MM, Chain
 from calib.arm.observations import Observations
 from models.camera import Camera, back_project
+from models.errors import InputError
 
 Array = NDArray[np.float64]
 
@@ -25,6 +26,11 @@ def start(chain: Chain, observations: Observations, camera: Camera, arm_plane_z_
     """
     board = back_project(camera, observations.pixels, arm_plane_z_mm)
     finite = np.isfinite(board).all(axis=-1)
+    if not finite.any():
+        raise InputError(
+            "recording.json: no marker's pixels can be traced back to the arm's plane; check camera_matrix, "
+            "distortion_coefficients and arm_plane_z_mm"
+        )
     w = np.where(finite, -board[:, 0] + 1j * board[:, 1], 0.0)  # robot axes, origin at the board's
     drawn, _ = chain.coefficients(np.zeros(len(chain.names)))
     A = observations.directions

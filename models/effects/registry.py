@@ -212,7 +212,7 @@ def register_file(path: Path) -> Effect:
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except Exception as error:  # somebody else's program: whatever it raises is its fault
+    except (Exception, SystemExit) as error:  # somebody else's program: whatever it raises is its fault
         raise InputError(f"{path}: does not run: {type(error).__name__}: {error}") from error
     effect = getattr(module, "EFFECT", None)
     if not isinstance(effect, Effect):

@@ -20,7 +20,7 @@ def seal_command(
         Path, typer.Option("--out", help="Folder for worlds/ and truth.json; a set broken off is gone on with.")
     ],
     n: Annotated[int, typer.Option("--n", min=1, max=9999, help="Number of worlds.")] = 50,
-    seed: Annotated[int, typer.Option("--seed", min=0, help="The same seed gives the same worlds.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", min=0, max=2**63 - 1, help="The same seed gives the same worlds.")] = 0,
     frames: Annotated[bool, typer.Option("--frames", help="Render every pose and measure the pictures.")] = False,
     effects: Annotated[
         str | None, typer.Option("--effects", help="Only these effects, separated by commas; 'none' hides nothing.")

@@ -124,6 +124,6 @@ def load_uncatalogued(path: Path) -> Uncatalogued:
     sys.modules[spec.name] = module  # its dataclasses look themselves up there
     try:
         spec.loader.exec_module(module)
-    except Exception as error:  # somebody else's program: whatever it raises is its fault
+    except (Exception, SystemExit) as error:  # somebody else's program: whatever it raises is its fault
         raise InputError(f"--uncatalogued: '{path}' does not run: {type(error).__name__}: {error}") from error
     return Uncatalogued(module, path)

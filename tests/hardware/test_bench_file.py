@@ -142,3 +142,18 @@ def test_every_picture_of_the_guide_is_there():
     assert len(pictures) >= 4
     for picture in pictures:
         assert (GUIDE.parent / picture).is_file(), picture
+
+
+@pytest.mark.parametrize("text", ["x = " + "9" * 5000, "x = " + "[" * 100_000], ids=["endless-number", "too-deep"])
+def test_what_toml_readers_choke_on_is_refused(tmp_path: Path, text: str):
+    (tmp_path / "bench.toml").write_text(text)
+
+    assert "bench.toml: not TOML" in refusal(tmp_path / "bench.toml")
+
+
+def test_a_path_with_a_zero_byte_is_refused(bench_table: dict[str, Any], write_bench: Write):
+    path = write_bench(bench_table)
+    bench_table["camera"]["calibration"] = "a\0b"
+    path.write_bytes(tomli_w.dumps(bench_table).encode())
+
+    assert "camera.calibration: 'a\\x00b' is no name of a file" in refusal(path)

@@ -84,6 +84,24 @@ def test_a_missing_file_is_named(folder, name):
     refused(folder, f"{name}: no such file; a recording folder needs it")
 
 
+@pytest.mark.parametrize("name", ["recording.json", "samples.csv"])
+def test_a_folder_in_place_of_a_file_is_named(folder, name):
+    (folder / name).unlink()
+    (folder / name).mkdir()
+    refused(folder, f"{name}: no plain file; a recording folder needs it")
+
+
+def test_a_whole_number_of_thousands_of_digits_is_refused(folder):
+    (folder / "recording.json").write_text('{"arm_plane_z_mm": ' + "9" * 5000 + "}")
+    refused(folder, "recording.json: not JSON (Exceeds the limit")
+
+
+@pytest.mark.parametrize("length", [1e300, 1e10])
+def test_a_length_that_no_arm_has_is_refused(folder, length):
+    change_header(folder, lambda header: header["arm"]["link_lengths_mm"].__setitem__(0, length))
+    refused(folder, "recording.json: arm.link_lengths_mm.0: Input should be less than or equal to 1000000000")
+
+
 def test_a_missing_folder_is_named(tmp_path):
     refused(tmp_path / "nowhere", "nowhere: no such folder; a recording is a folder with recording.json")
 

@@ -1,5 +1,6 @@
 """The command line: exit codes, and one line for whatever a person got wrong."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -89,9 +90,90 @@ def test_a_wrong_input_is_one_line_and_exit_code_2(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("arguments", [["run"], ["run", "paper", "--no-such-option"], ["rnu"], ["measure", "x"]])
-def test_a_misused_command_leaves_with_exit_code_2(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert leave(arguments, capsys)[0] == 2
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["run"], "Missing argument 'SCENARIO'; see armtwin run --help"),
+        (["run", "paper", "--no-such-option"], "--no-such-option"),
+        (["rnu"], "No such command 'rnu'"),
+        (["measure", "x"], "Missing option '--out'"),
+        (["seal", "--n", "-1", "--out", "out"], "'--n'"),
+        (["seal", "--seed", str(2**70), "--out", "out"], "'--seed'"),
+    ],
+)
+def test_a_misused_command_is_one_line_and_exit_code_2(
+    arguments: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, error = leave(arguments, capsys)
+    assert code == 2
+    assert said in error
+    assert error.count("\n") == 1
+
+
+@pytest.mark.parametrize("out", ["taken/out", "x" * 300], ids=["under-a-file", "too-long"])
+@pytest.mark.parametrize("command", ["measure", "calibrate", "diagnose", "seal", "run"])
+def test_an_output_where_no_folder_can_be_made_is_refused(
+    command: str, out: str, recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "taken").write_text("")
+    what = {"seal": ["--n", "1"], "run": ["geometric"]}.get(command, [str(recording)])
+    code, error = leave([command, *what, "--out", str(tmp_path / out)], capsys)
+    assert code == 2
+    assert "--out" in error
+    assert error.count("\n") == 1
+
+
+def test_what_would_control_the_terminal_is_not_printed(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    samples = recording / "samples.csv"
+    samples.write_text(samples.read_text("utf-8").replace("sample,", "\x1b[2J,", 1), "utf-8")
+    code, error = leave(["calibrate", str(recording), "--out", str(tmp_path / "out")], capsys)
+    assert code == 2
+    assert "unknown column" in error
+    assert "\x1b" not in error
+
+
+def test_a_defect_is_one_line_and_exit_code_1(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def break_down(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr("scenarios.commands.measure.read_recording", break_down)
+    monkeypatch.delenv("ARMTWIN_TRACEBACK", raising=False)
+    code, error = leave(["measure", str(tmp_path), "--out", str(tmp_path / "out")], capsys)
+    assert code == 1
+    assert "broke down (ZeroDivisionError: division by zero)" in error
+    assert error.count("\n") == 1
+
+
+def test_a_pipe_is_not_read_as_a_recording(recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (recording / "samples.csv").unlink()
+    os.mkfifo(recording / "samples.csv")
+    code, error = leave(["calibrate", str(recording), "--out", str(tmp_path / "out")], capsys)
+    assert code == 2
+    assert "samples.csv: no plain file" in error
+
+
+@pytest.mark.parametrize("text", ["", "{", '{"seed": ' + "9" * 5000 + "}"], ids=["empty", "cut", "endless-number"])
+def test_a_broken_run_folder_is_refused(text: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "scenario.json").write_text(text)
+    code, error = leave(["run", "geometric", "--out", str(tmp_path)], capsys)
+    assert code == 2
+    assert "scenario.json: not JSON" in error
+    assert error.count("\n") == 1
+
+
+def test_an_effect_that_cannot_be_made_is_named_with_its_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (Path(__file__).parents[2] / "scenarios" / "files" / "geometric.toml").read_text("utf-8")
+    (tmp_path / "worn.toml").write_text(text + '\n[[effects]]\nname = "backlash"\njoint = 2\n', "utf-8")
+    code, error = leave(["run", str(tmp_path / "worn.toml"), "--out", str(tmp_path / "out")], capsys)
+    assert code == 2
+    assert "worn.toml: effects.0 ('backlash'): key 'width_rad' is missing" in error
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_scenario_with_an_unreachable_path_writes_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

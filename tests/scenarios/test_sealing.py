@@ -139,3 +139,24 @@ def test_an_unknown_effect_ends_the_command_with_one_line(tmp_path: Path, capsys
     assert left.value.code == 2
     assert len(capsys.readouterr().err.splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("world", ["../elsewhere", "one", "\u0663"])
+def test_a_world_that_names_no_folder_of_the_set_is_refused(tmp_path: Path, world: str) -> None:
+    table = {"schema": "armtwin.sealed/1", "options": {}, "worlds": {world: {}}}
+    (tmp_path / "truth.json").write_text(json.dumps(table))
+    with pytest.raises(InputError, match="a number such as 0007 is wanted"):
+        read_truth(tmp_path)
+
+
+def test_a_set_without_its_options_is_not_gone_on_with(tmp_path: Path) -> None:
+    table = {"schema": "armtwin.sealed/1", "worlds": {"0000": {}}}
+    (tmp_path / "truth.json").write_text(json.dumps(table))
+    with pytest.raises(InputError, match=r"truth\.json: options: a table of keys and values is wanted"):
+        list(seal(tmp_path, FEW, jobs=1))
+
+
+def test_a_file_of_faults_that_does_not_run_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "faults.py").write_text("def broken(:")
+    with pytest.raises(InputError, match="does not run: SyntaxError"):
+        orders(SealOptions(n=2, seed=0, uncatalogued=str(tmp_path / "faults.py")))
