@@ -92,5 +92,5 @@ def test_a_huge_plan_is_refused_before_it_is_read(tmp_path):
 def test_a_payload_below_zero_is_refused(tmp_path):
     path = tmp_path / "plan.csv"
     path.write_text("trajectory,theta1_cmd_rad,payload_kg\nt,0.1,0.0\nt,0.1,-0.2\n")
-    with pytest.raises(InputError, match="line 3, column 'payload_kg': -0.2 found, 0 or more is wanted"):
+    with pytest.raises(InputError, match=r"line 3, column 'payload_kg': -0\.2 found, 0 or more is wanted"):
         read_plan(path, 1)
