@@ -20,11 +20,12 @@ from models.camera import Camera, back_project, distort_jacobian, project, proje
 # an orientation 2 degrees off at a tilt of 10; in raw pixels of an unknown camera a disc seen 15 degrees askew.
 _PRIOR_ON_PLANE, _PRIOR_IN_PIXELS = 0.005, 0.02
 # Passes after the first, coarse one: each squares the remaining error of about half a blur. More are made while a disc
-# still moves by more than this share of its blur, as a half hidden one does, whose first ellipse is poor.
+# still moves by more than this share of its blur, as a half hidden one does, whose first ellipse is poor. All but the
+# last use every other normal.
 _LEAST_PASSES, _MOST_PASSES, _STANDING_BLURS = 2, 6, 0.1
 # What hides a part of an outline still bends its visible neighbours a little: standard deviation of a coordinate of the
 # centre that is allowed for it, blurs. Found from straight covers at any angle and depth.
-_SPILL_BLURS = 0.03
+_SPILL_BLURS = 0.05
 # Robust weight above which an edge point counts as seen.
 _KEPT_WEIGHT = 0.3
 
@@ -70,8 +71,12 @@ def _measure(
             return []
         moved = np.linalg.norm(centre - last, axis=-1) > _STANDING_BLURS * edges.blur
         centre, shape, to_plane = centre[good], shape[good], to_plane[good]
-        edges = find_edges(red, centre, shape, normals, edges.blur[good], edges.noise[good])
-        if number + 1 >= _LEAST_PASSES and not moved[good].any():
+        stands = number + 1 >= _LEAST_PASSES and not moved[good].any()
+        is_last = stands or number + 1 == _MOST_PASSES
+        edges = find_edges(
+            red, centre, shape, normals if is_last else normals // 2, edges.blur[good], edges.noise[good]
+        )
+        if is_last:
             break
     return _discs(edges, centre, shape, camera, plane_z_mm, config)
 

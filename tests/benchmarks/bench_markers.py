@@ -94,13 +94,14 @@ def report(name: str, frames: list[tuple[Image, Array]], bound: float) -> None:
         least, median, error, missed = measure(method, frames)
         squares[method] = error
         rms = np.sqrt(np.mean(error**2))
-        line = f"{name:22s} {method:9s} {least:7.2f} {median:6.2f} {rms:8.4f} {error.max():9.3f} {missed:7d} {rms / bound:9.2f}"
+        line = f"{name:22s} {method:9s} {least:7.2f} {median:6.2f} {rms:8.4f} {error.max():9.3f} {missed:7d}"
+        line += f" {rms / bound:9.2f}"
         ratio = np.sqrt(np.mean(squares["paper"] ** 2) / np.mean(error**2))
         print(line + (f" {ratio:13.0f}" if method == "subpixel" else ""))
 
 
 def measure(method: Method, frames: list[tuple[Image, Array]]) -> tuple[float, float, Array, int]:
-    """Least and median time, ms, errors of a coordinate, and how many discs were not found within ten pixels of their place."""
+    """Least and median time, ms, errors of a coordinate, and how many discs were not found within ten pixels."""
     camera, spent, errors, missed = nominal_camera(), [], [], 0
     config = DetectorConfig(min_radius_px=12.0, max_radius_px=32.0)
     for image, truth in frames:
