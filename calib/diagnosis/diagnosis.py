@@ -122,7 +122,9 @@ def diagnose(recording: Recording, progress: Callable[[str], None] = lambda _: N
 
 
 def check_decidable(problem: Problem, rows: Bool) -> None:
-    """Raise `RecordingError` where there are too few poses, or nothing moves."""
+    """Raise `RecordingError` where there are too few poses, or nothing that moves is seen or commanded."""
+    if problem.channels == ("a",):
+        raise RecordingError("samples.csv: only marker A is ever seen, and it does not move; another marker is wanted")
     seen = np.isfinite(problem.observed).all(axis=-1) & rows[:, None]
     values = int(seen.sum()) * problem.observed.shape[-1]
     wanted = len(problem.nominal) + _SPARE_VALUES

@@ -12,6 +12,7 @@ from calib.diagnosis.problem import Problem
 from calib.diagnosis.repairs import find_missed, repair
 from calib.diagnosis.search import Explanation
 from models.effects.predict import Active
+from models.errors import RecordingError
 from models.recording import Recording
 
 Array = NDArray[np.float64]
@@ -42,12 +43,18 @@ class HeldOut:
 
 
 def held_out_rows(recording: Recording) -> tuple[Bool, tuple[str, ...], str]:
-    """Return the rows (N,) to keep back, their trajectories, and in words how they were chosen."""
+    """Return the rows (N,) to keep back, their trajectories, and in words how they were chosen.
+
+    Raises `RecordingError` where the recording holds out all that it has.
+    """
     names = list(dict.fromkeys(str(name) for name in recording.trajectory))
     if recording.held_out:
         kept = tuple(recording.held_out)
-        if len(kept) < len(names):
-            return np.isin(recording.trajectory, kept), kept, "the trajectories that the recording holds out"
+        if set(names) <= set(kept):
+            raise RecordingError(
+                f"recording.json: held_out names every trajectory ({', '.join(names)}); leave some to fit to"
+            )
+        return np.isin(recording.trajectory, kept), kept, "the trajectories that the recording holds out"
     if len(names) >= 4:
         return recording.trajectory == names[-1], (names[-1],), "the last trajectory"
     rows = np.arange(len(recording)) % _EVERY == _EVERY // 2

@@ -105,3 +105,13 @@ def test_too_few_poses_are_refused_with_how_many_are_missing() -> None:
 def test_an_arm_at_rest_is_refused() -> None:
     with pytest.raises(RecordingError, match="never change"):
         diagnose(recording(paths={"still": np.tile([0.1, 0.2, 0.3], (40, 1))}))
+
+
+def test_a_recording_that_holds_out_everything_is_refused() -> None:
+    with pytest.raises(RecordingError, match="held_out names every trajectory"):
+        diagnose(recording(paths=waves(2, 20), held_out=("wave_0", "wave_1")))
+
+
+def test_marker_a_alone_is_refused() -> None:
+    with pytest.raises(RecordingError, match="only marker A"):
+        diagnose(recording(markers="a"))
