@@ -190,9 +190,7 @@ def _check_pulses(pulses: list[Pulse]) -> None:
         step = np.abs(np.diff(widths)).max(initial=0.0)
         assert step <= SLEW_US + 2 * PULSE_TOLERANCE_US, f"servo {servo + 1}: a step of {step} us"
         gaps_s = np.diff(rises_s)
-        assert np.all(np.abs(gaps_s - 0.02) < 1e-6), (
-            f"servo {servo + 1}: gaps {gaps_s.min()} to {gaps_s.max()} s"
-        )
+        assert np.all(np.abs(gaps_s - 0.02) < 1e-6), f"servo {servo + 1}: gaps {gaps_s.min()} to {gaps_s.max()} s"
 
 
 def main() -> None:
