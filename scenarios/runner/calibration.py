@@ -7,7 +7,7 @@ from typing import Any
 from calib.arm import algorithm_1, least_squares
 from scenarios.runner.job import Job
 from scenarios.runner.measure import recorded
-from scenarios.runner.worker import Tick
+from scenarios.runner.progress import Tick
 from scenarios.scenario import ScenarioFile
 
 METHODS = {"algorithm-1": algorithm_1.calibrate, "least-squares": least_squares.calibrate}

@@ -19,7 +19,7 @@ from scenarios.runner.board_views import board_poses
 from scenarios.runner.frames import read_frame, write_frame
 from scenarios.runner.job import Job
 from scenarios.runner.picture import generator
-from scenarios.runner.worker import Tick
+from scenarios.runner.progress import Tick
 from scenarios.runner.world import true_camera
 
 # 10 columns x 7 rows of 23 mm squares (section 5.1): 9 x 6 inner corners.

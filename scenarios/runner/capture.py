@@ -14,7 +14,7 @@ from models.kinematics import Deviation, inverse
 from scenarios.runner.bench import simulated_bench
 from scenarios.runner.frames import Image, write_frame
 from scenarios.runner.job import Job
-from scenarios.runner.worker import Tick
+from scenarios.runner.progress import Tick
 from scenarios.runner.world import declared_arm
 from scenarios.scenario import ScenarioFile
 

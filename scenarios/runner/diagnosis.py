@@ -22,7 +22,7 @@ from scenarios.diagnosis.words import gain, headline, missed, why_tied
 from scenarios.report.section import Section
 from scenarios.runner.job import Job
 from scenarios.runner.measure import recorded
-from scenarios.runner.worker import Tick
+from scenarios.runner.progress import Tick
 
 Array = NDArray[np.float64]
 

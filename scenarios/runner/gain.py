@@ -13,8 +13,8 @@ from models.validation import CameraTable, check
 from scenarios import paper_values as paper
 from scenarios.runner.job import Job
 from scenarios.runner.measure import recorded
+from scenarios.runner.progress import Tick
 from scenarios.runner.validation import line_run, true_tip
-from scenarios.runner.worker import Tick
 
 Array = NDArray[np.float64]
 

@@ -21,7 +21,7 @@ from scenarios.runner.camera import calibrated_camera
 from scenarios.runner.frames import Image, write_frame
 from scenarios.runner.job import Job
 from scenarios.runner.picture import generator
-from scenarios.runner.worker import Tick
+from scenarios.runner.progress import Tick
 from scenarios.runner.world import true_camera
 from scenarios.scenario import ScenarioFile
 from sim.bench import SimulatedBench

@@ -15,7 +15,7 @@ from models.recording_reader import read_recording
 from models.recording_writer import write_recording
 from scenarios.runner.camera import calibrated_camera
 from scenarios.runner.job import Job
-from scenarios.runner.worker import Tick
+from scenarios.runner.progress import Tick
 from scenarios.runner.world import declared_arm
 
 

@@ -8,7 +8,7 @@ from models import atomic
 from scenarios.report.data import RunData
 from scenarios.report.sections import run_report
 from scenarios.runner.job import Job
-from scenarios.runner.worker import Tick
+from scenarios.runner.progress import Tick
 
 
 def write_report(job: Job, tick: Tick) -> dict[str, Any]:

@@ -14,8 +14,8 @@ from models.validation import CameraTable, check
 from scenarios import paper_values as paper
 from scenarios.runner.job import Job
 from scenarios.runner.named import diagnosis_results
+from scenarios.runner.progress import Tick
 from scenarios.runner.truth import truth_table
-from scenarios.runner.worker import Tick
 from scenarios.runner.world import declared_arm, true_camera, true_deviation
 
 Array = NDArray[np.float64]

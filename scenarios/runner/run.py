@@ -15,7 +15,8 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextC
 
 from models.errors import InputError, JobError
 from scenarios.runner.job import Job
-from scenarios.runner.worker import Work, serve
+from scenarios.runner.progress import Work
+from scenarios.runner.worker import serve
 
 # One thread a worker: results then do not depend on how sums are split over threads.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "LP_NUM_THREADS"), "1")

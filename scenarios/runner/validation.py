@@ -12,7 +12,7 @@ from models.recording import Recording
 from scenarios.runner.capture import samples_before
 from scenarios.runner.job import Job
 from scenarios.runner.measure import recorded
-from scenarios.runner.worker import Tick
+from scenarios.runner.progress import Tick
 from scenarios.runner.world import build_world
 from sim.physics.simulation import simulate
 

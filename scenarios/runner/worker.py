@@ -8,21 +8,15 @@ from __future__ import annotations
 
 import signal
 import traceback
-from collections.abc import Callable
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any
 
 import cv2
 
 from models import atomic
 from models.errors import ArmtwinError
 from scenarios.runner.job import Job
-
-# Reports how much of a stage is done: (done, total).
-Tick = Callable[[int, int], None]
-# One stage: reads what earlier stages wrote, returns what goes into its own file.
-Work = Callable[[Job, Tick], dict[str, Any]]
+from scenarios.runner.progress import Tick, Work
 
 
 def serve(pipe: Connection, out: Path) -> None:
