@@ -32,7 +32,7 @@ def term(context: Context, state: PointState, values: Array, site: Site) -> Poin
     shift = np.full(len(context), complex(x, y))
     carrier = axis - 1 + round(float(body))
     if carrier >= 0:
-        shift = shift * state.directions[:, carrier]
+        shift = shift * state.frames(context)[:, carrier]
     points = state.points_mm.copy()
     column = context.markers.index(site.marker)
     points[:, column, 0] += shift.real

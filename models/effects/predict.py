@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.camera_path import CameraPath
-from models.effects.context import Context
+from models.effects.context import Context, nominal_links
 from models.effects.registry import Effect, Site, Stage
 from models.frames import robot_to_board
 
@@ -91,11 +91,20 @@ def marker_points(context: Context, geometry: Geometry, q: Array, effects: Seque
 
 @dataclass(frozen=True, eq=False)
 class PointState:
-    """What a term of the POINTS stage sees: points (N, M, 3) mm, link directions (N, n), the geometry."""
+    """What a term of the POINTS stage sees: points (N, M, 3) mm, link directions (N, n), the geometry.
+
+    The directions are those of the commands; `frames` are those of the links as they are built.
+    """
 
     points_mm: Array
     directions: Complex
     geometry: Geometry
+
+    def frames(self, context: Context) -> Complex:
+        """(N, n) unit direction of each link's own frame, joint zeros included."""
+        turned = self.geometry.links * np.conj(nominal_links(context.arm))
+        out: Complex = self.directions * turned / np.maximum(np.abs(turned), 1e-12)
+        return out
 
 
 def camera_path(context: Context, effects: Sequence[Active]) -> CameraPath:
