@@ -36,8 +36,6 @@ Linear = NDArray[np.float32]
 
 FRAME_PERIOD_S = 1.0 / 30.0  # a usual webcam's
 PULSE_PERIOD_S = 0.02
-# A received byte delays an edge of a pulse now and then; a servo's amplifier does not follow a single pulse.
-_SMOOTHED_PULSES = 5
 # Poses closer than this look alike: a hundredth of a pixel at the tip.
 _SAME_RAD = 1e-5
 # A hand before a marker, px: wider than the sticker.
@@ -72,15 +70,15 @@ class Film:
         self._rng = np.random.default_rng(0)
         self._names = [self._arm.model.body(i).name for i in range(1, self._arm.model.nbody)]
         self._angles = np.zeros(n)
-        self._pulses = [deque([width], maxlen=_SMOOTHED_PULSES) for width in servo_map.pulses_us(self._angles)]
+        self._pulses_us = servo_map.pulses_us(self._angles)
         self._emulated_s = 0.0
         self._seen: Array | None = None
         self._light: Linear = np.empty((0, 0, 3), np.float32)
 
     def follow(self, pulse: Pulse) -> None:
         """Take one pulse, and let the arm move until its end; a servo without pulses stays where it is."""
-        self._pulses[pulse.servo].append(pulse.width_us)
-        self._angles = self._servo_map.angles_rad(np.array([np.median(widths) for widths in self._pulses]))
+        self._pulses_us[pulse.servo] = pulse.width_us
+        self._angles = self._servo_map.angles_rad(self._pulses_us)
         self.advance(pulse.time_s)
 
     def advance(self, now_s: float) -> None:

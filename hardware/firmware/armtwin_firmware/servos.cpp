@@ -3,17 +3,20 @@
 #include <Arduino.h>
 #include <util/atomic.h>
 
-// A period, in ticks of Timer1, which counts 0 to 39999 and begins again:
+// Timer1 counts processor cycles, 0 to SLOT - 1, five times in a period. Three slots have the pulse of one servo each, in
+// the other two the next step of a move is made ready:
 //
-//   0   100            6100           12100                            39999
-//   |   |-- servo 1 --|-- servo 2 ----|-- servo 3 --| rest: step of a move |
+//   0    RISE                 RISE + width   SLOT - 1
+//   |     |-- pulse ------------|               |
 //
-// The interrupt of each edge comes LEAD ticks early and waits for its tick, so that no other interrupt, the longest of
-// which (a received byte) takes about 5 us, moves an edge.
-static const uint16_t PERIOD = PERIOD_MS * TICKS_PER_MS;
-static const uint16_t FIRST_RISE = 100;
-static const uint16_t SLOT = 6000;  // 3 ms: the longest pulse and time to spare
-static const uint16_t LEAD = 32;    // 16 us
+// The interrupt of an edge comes LEAD cycles early and waits for the edge, so that no other interrupt, the longest of
+// which (the clock's) takes some 100 cycles, moves it. Both edges take the same way to the same instruction, which comes
+// the same number of cycles behind the count: a pulse is as long as it was commanded, to the cycle.
+static const uint16_t CYCLES_PER_TICK = F_CPU / 1000 / TICKS_PER_MS;
+static const uint16_t SLOT = 64000;  // 4 ms: the longest pulse and time to spare
+static const uint8_t SLOTS = (uint32_t)PERIOD_MS * TICKS_PER_MS * CYCLES_PER_TICK / SLOT;
+static const uint16_t RISE = 400;
+static const uint16_t LEAD = 256;  // 16 us; not more, since the low byte of the count tells the cycles left
 
 static volatile uint16_t widths[N_SERVOS];  // ticks, of the pulses sent now
 static volatile bool armed = false;
@@ -24,33 +27,46 @@ static uint16_t target[N_SERVOS];
 static uint16_t steps_done = 0;
 static uint16_t steps = 0;  // of the move under way; 0: none
 
-ISR(TIMER1_COMPB_vect) {
-  static uint8_t servo = 0;
-  static bool high = false;
-  static uint16_t edge = FIRST_RISE;
+// Write `level` to port B when Timer1 counts `edge`, always the same few cycles later.
+static inline void write_port_at(uint16_t edge, uint8_t level) {
+  uint8_t left = edge;
+  asm volatile(
+      "lds __tmp_reg__, %[count] \n\t"
+      "sub %[left], __tmp_reg__  \n\t"  // cycles left
+      "sbrc %[left], 0           \n\t"  // 2 cycles, and 1 more if bit 0 is set
+      "rjmp .+0                  \n\t"
+      "sbrc %[left], 1           \n\t"  // the same twice for bit 1
+      "rjmp .+0                  \n\t"
+      "sbrc %[left], 1           \n\t"
+      "rjmp .+0                  \n\t"
+      "lsr %[left]               \n\t"
+      "lsr %[left]               \n\t"
+      "1: subi %[left], 1        \n\t"  // 4 cycles for each 4 that are left
+      "nop                       \n\t"
+      "brcc 1b                   \n\t"
+      "out %[port], %[level]     \n\t"
+      : [left] "+d"(left)
+      : [level] "r"(level), [count] "n"(_SFR_MEM_ADDR(TCNT1L)), [port] "I"(_SFR_IO_ADDR(PORTB)));
+}
 
-  if (!high && !armed) {
-    servo = 0;
-    edge = FIRST_RISE;
-    OCR1B = edge - LEAD;
-    return;
+ISR(TIMER1_COMPB_vect) {
+  static uint8_t slot = 0;
+  static bool high = false;
+  static uint16_t edge = RISE;
+
+  if (high || (armed && slot < N_SERVOS)) {
+    const uint8_t mask = 1 << (PORTB1 + slot);
+    write_port_at(edge, high ? PORTB & ~mask : PORTB | mask);
+    high = !high;
   }
-  const uint8_t mask = 1 << (PORTB1 + servo);
-  const uint8_t level = high ? PORTB & ~mask : PORTB | mask;
-  while ((int8_t)(TCNT1L - (uint8_t)edge) < 0) {
-    // LEAD is below 128, so the low byte tells before from after
-  }
-  PORTB = level;  // the same instructions for both edges, so that they cancel in the width
-  if (!high) {
-    edge += widths[servo];
-  } else if (++servo < N_SERVOS) {
-    edge = FIRST_RISE + servo * SLOT;
+  if (high) {
+    edge = RISE + widths[slot] * CYCLES_PER_TICK;
   } else {
-    servo = 0;
-    edge = FIRST_RISE;
-    period_over = true;
+    edge = RISE;
+    slot++;
+    if (slot == N_SERVOS) period_over = true;
+    if (slot == SLOTS) slot = 0;
   }
-  high = !high;
   OCR1B = edge - LEAD;
 }
 
@@ -65,10 +81,10 @@ void servos_begin() {
   }
   ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
     TCCR1A = 0;                        // mode 4: count up to OCR1A; the pins are left to the interrupt
-    TCCR1B = _BV(WGM12) | _BV(CS11);   // 16 MHz / 8
-    OCR1A = PERIOD - 1;
+    TCCR1B = _BV(WGM12) | _BV(CS10);   // the processor's clock
+    OCR1A = SLOT - 1;
     TCNT1 = 0;
-    OCR1B = FIRST_RISE - LEAD;
+    OCR1B = RISE - LEAD;
     TIFR1 = _BV(OCF1B);
     TIMSK1 = _BV(OCIE1B);
   }

@@ -1,10 +1,10 @@
-// Three servos on pins 9, 10 and 11, pulsed by Timer1 in ticks of 0.5 us; no pulse before servos_arm().
+// Three servos on pins 9, 10 and 11, pulsed by Timer1, to the processor's cycle; no pulse before servos_arm().
 #pragma once
 #include <stdint.h>
 
 const uint8_t N_SERVOS = 3;
 const uint8_t FIRST_PIN = 9;             // Arduino pins 9, 10, 11 = PB1, PB2, PB3; joint 1, 2, 3
-const uint16_t TICKS_PER_MS = 2000;      // 16 MHz / 8
+const uint16_t TICKS_PER_MS = 2000;      // widths are commanded in ticks of 0.5 us
 const uint16_t MIN_WIDTH = 1000;         // ticks: 500 us, the shortest pulse that common servos take
 const uint16_t MAX_WIDTH = 5000;         // ticks: 2500 us, the longest
 const uint8_t PERIOD_MS = 20;            // from one pulse of a servo to its next
