@@ -32,6 +32,7 @@ from models import atomic
 from models.arm import Arm, arm_from_table
 from models.camera import Camera
 from models.camera_files import nominal_camera
+from models.effects.injection import Stated
 from models.effects.registry import effect_named
 from models.errors import InputError
 from models.kinematics import Deviation
@@ -44,11 +45,6 @@ from models.world import World, ideal_world
 Array = NDArray[np.float64]
 
 SCHEMA = "armtwin.twin/1"
-# No recording has more poses than its CSV may hold bytes; a list of samples is far shorter.
-_MOST_SAMPLES = 1_000_000
-
-Samples = Annotated[list[int], Field(max_length=_MOST_SAMPLES)]
-Value = int | Finite | Annotated[str, Field(max_length=100)] | Samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,9 +85,9 @@ class _GeometryTable(Strict):
 
 class _EffectTable(Strict):
     effect: str
-    joint: Annotated[int, Field(ge=1, le=6)] | None = None
-    marker: Annotated[str, Field(max_length=1)] | None = None
-    parameters: dict[str, Value] = Field(default_factory=dict)
+    joint: int | None = None
+    marker: Annotated[str, Field(max_length=100)] | None = None
+    parameters: dict[str, Any] = Field(default_factory=dict)  # checked by the effect
 
 
 class _TwinFile(Strict):
@@ -113,16 +109,22 @@ class _TwinFile(Strict):
 
 
 def read_twin(path: Path) -> Twin:
-    """Read a twin file; raises `InputError` for what is no twin, and for an effect that no registry has."""
+    """Read a twin file; raises `InputError` for what is no twin, and for an effect that no registry has or can make."""
     file = check(_TwinFile, read_toml(path), path.name)
+    arm = arm_from_table(file.arm)
     for number, effect in enumerate(file.effects):
         try:
-            effect_named(effect.effect)
+            known = effect_named(effect.effect)
         except InputError as error:
             raise InputError(f"{path.name}: effects.{number}.effect: {error}") from None
+        try:
+            at = f"effects.{number}."
+            known.check(Stated(effect.parameters, effect.joint, effect.marker, at, f"{at}parameters."), arm)
+        except InputError as error:
+            raise InputError(f"{path.name}: {error}") from None
     geometry = file.geometry
     return Twin(
-        arm=arm_from_table(file.arm),
+        arm=arm,
         deviation=Deviation(np.array(geometry.length_errors_mm), np.array(geometry.joint_errors_rad)),
         base_in_board_mm=np.array(geometry.base_in_board_mm),
         camera=None if file.camera is None else camera_from_table(file.camera),
@@ -157,8 +159,8 @@ def write_twin(path: Path, twin: Twin, comment: str = "") -> None:
 def rebuild(twin: Twin) -> World:
     """Return the world of a twin: its geometry, and each effect made by its injector in the order of the stages.
 
-    A twin without a camera gets the nominal one, which nobody looks through. Raises `InputError` where an injector
-    misses a parameter, or where no arm can be built with what it is given.
+    A twin without a camera gets the nominal one, which nobody looks through. Raises `InputError` where an injector is
+    given what it does not take, or where no arm can be built with it.
     """
     camera = nominal_camera() if twin.camera is None else twin.camera
     plane_z_mm = float(twin.base_in_board_mm[2])
@@ -169,8 +171,8 @@ def rebuild(twin: Twin) -> World:
                 world, effect.parameters, joint=effect.joint, marker=effect.marker
             )
             world.compile()
-        except KeyError as error:
-            raise InputError(f"effect '{effect.effect}': its parameter {error} is missing") from None
+        except InputError as error:
+            raise InputError(f"effect '{effect.effect}': {error}") from None
         except ValueError as error:  # MuJoCo's: a spring, a gap or a mass that nothing can have
             raise InputError(f"effect '{effect.effect}': no such arm can be built ({error})") from None
     return world

@@ -121,7 +121,7 @@ def _one_line(model: type[BaseModel], error: ValidationError, file: str) -> str:
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "model_type":  # pydantic names the class, which is not the user's
         message = "a table of keys and values is wanted"
-    found = "" if first["type"] == "value_error" else f", found {_short(first.get('input'))}"
+    found = "" if first["type"] == "value_error" else f", found {short(first.get('input'))}"
     return f"{file}: {f'{key}: ' if key else ''}{message}{found}{more}"
 
 
@@ -159,6 +159,7 @@ def _tables_in(annotation: Any) -> list[type[BaseModel]]:
     return [table for argument in get_args(annotation) for table in _tables_in(argument)]
 
 
-def _short(value: object) -> str:
+def short(value: object) -> str:
+    """Return a value as it is shown in a message, cut off where it is long."""
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."

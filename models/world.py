@@ -180,7 +180,5 @@ def checked_marker(world: World, marker: str | None) -> str:
 
 
 def samples_of(parameters: Mapping[str, Any]) -> tuple[int, ...]:
-    """Return the parameter `samples` in order; raises `InputError` where it is missing."""
-    if "samples" not in parameters:
-        raise InputError("this effect needs the parameter samples, a list of sample numbers")
+    """Return the parameter `samples` in order."""
     return tuple(sorted(int(sample) for sample in parameters["samples"]))

@@ -18,11 +18,14 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
 from models.arm import nominal_arm
+from models.camera_files import nominal_camera
+from models.effects.injection import Stated
 from models.effects.registry import effect_named
 from models.errors import InputError, UnreachablePoseError, nearest
 from models.kinematics import inverse
 from models.trajectories import CIRCLE_CENTRE_MM, ORIENTATION_RAD, SAMPLES, circle, line
 from models.validation import Finite, Positive, Strict, check
+from models.world import ideal_world
 
 Array = NDArray[np.float64]
 
@@ -117,9 +120,9 @@ class EffectTable(Strict):
     """One physical fault of the bench: an effect of the catalogue, where it sits, and its parameters."""
 
     name: str
-    joint: Annotated[int, Field(ge=1, le=6)] | None = None
-    marker: str | None = None
-    parameters: dict[str, Finite] = Field(default_factory=dict)
+    joint: int | None = None
+    marker: Annotated[str, Field(max_length=100)] | None = None
+    parameters: dict[str, Any] = Field(default_factory=dict)  # checked by the effect
 
 
 class ScenarioFile(Strict):
@@ -139,7 +142,7 @@ class ScenarioFile(Strict):
     trajectories: Annotated[dict[Name, Path2d], Field(min_length=2, max_length=20)]
     validate_on: Name = "line"
     obstacles: Annotated[tuple[ObstacleTable, ...], Field(max_length=20)] = ()
-    effects: tuple[EffectTable, ...] = ()
+    effects: Annotated[tuple[EffectTable, ...], Field(max_length=100)] = ()
 
     @field_validator("effects", mode="before")
     @classmethod
@@ -160,6 +163,12 @@ class ScenarioFile(Strict):
     def calibrate_on(self) -> tuple[str, ...]:
         """Trajectories to calibrate on: all but the validation's, in their order."""
         return tuple(name for name in self.trajectories if name != self.validate_on)
+
+    @property
+    def n_poses(self) -> int:
+        """Poses of a run: every trajectory, then the validation's twice more."""
+        names = [*self.trajectories, self.validate_on, self.validate_on]
+        return sum(self.trajectories[name].samples for name in names)
 
     @cached_property
     def fingerprint(self) -> str:
@@ -198,11 +207,26 @@ def check_scenario(data: object, file: str) -> ScenarioFile:
         except UnreachablePoseError as error:
             raise InputError(f"{file}: trajectories.{name}: {error}") from None
     for number, effect in enumerate(scenario.effects):
-        try:
-            effect_named(effect.name)
-        except InputError as error:
-            raise InputError(f"{file}: effects.{number}: {error}") from None
+        _check_effect(effect, f"effects.{number}", scenario.n_poses, file)
     return scenario
+
+
+def _check_effect(effect: EffectTable, key: str, n_poses: int, file: str) -> None:
+    """Check an effect's parameters one by one, and then together by building it into an ideal bench."""
+    try:
+        known = effect_named(effect.name)
+    except InputError as error:
+        raise InputError(f"{file}: {key}.name: {error}") from None
+    arm = nominal_arm()
+    try:
+        known.check(Stated(effect.parameters, effect.joint, effect.marker, f"{key}."), arm, n_poses)
+    except InputError as error:
+        raise InputError(f"{file}: {error}") from None
+    world = ideal_world(arm, nominal_camera(), BenchTable().arm_plane_z_mm)
+    try:
+        known.inject(world, effect.parameters, joint=effect.joint, marker=effect.marker)
+    except InputError as error:
+        raise InputError(f"{file}: {key}: {error}") from None
 
 
 def _gathered(table: Any) -> Any:

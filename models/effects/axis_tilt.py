@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from models.effects.context import Context
+from models.effects.injection import Injected, switch
 from models.effects.pixels import needs_camera
 from models.effects.predict import PointState
 from models.effects.registry import Effect, Parameter, Site, Stage
@@ -70,7 +71,7 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     default) the link lies in the plane at joint angle zero; with 0 it is square to its tilted axis.
     """
     number = joint_index(world, joint) + 1
-    square_at_zero = round(float(parameters.get("square_at_zero", 1.0))) == 1
+    square_at_zero = round(float(parameters["square_at_zero"])) == 1
     tilt = Rotation.from_rotvec([float(parameters["tilt_x_rad"]), float(parameters["tilt_y_rad"]), 0.0])
 
     def mechanism(spec: mujoco.MjSpec) -> None:
@@ -93,7 +94,12 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(
+        Injected("tilt_x_rad", (-1.0, 1.0)),
+        Injected("tilt_y_rad", (-1.0, 1.0)),
+        switch("square_at_zero", 1),
+    ),
     confused_with=("camera_tilt", "lens_distortion"),
     experiment="the camera moved to another place; this joint turned alone over its whole range",
     applies=needs_camera,

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
+from models.effects.injection import Injected, switch
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.mjcf import SOLIMP, SOLREF, add_series_hinge, heaviest_torque_nm
 from models.servo import gentle
@@ -88,8 +89,10 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     """
     number = joint_index(world, joint) + 1
     width = float(parameters["width_rad"])
+    if width == 0.0:  # no gap
+        return world
     holding = _BEARING_FRICTION_NM + _BEARING_RESERVE * heaviest_torque_nm(world.arm, number)
-    loose = bool(parameters.get("gravity_loaded", 0.0))
+    loose = bool(parameters["gravity_loaded"])
     friction = float(parameters.get("friction_nm", 0.0 if loose else holding))
 
     def mechanism(spec: mujoco.MjSpec) -> None:
@@ -115,7 +118,12 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(
+        Injected("width_rad", (0.0, 1.0)),
+        switch("gravity_loaded", 0),
+        Injected("friction_nm", (0.0, 10.0), optional=True),
+    ),
     confused_with=("hysteresis", "dead_band", "settling_lag"),
     experiment="fine steps of this joint round a reversal, approached from both sides",
     plans=("reversal",),

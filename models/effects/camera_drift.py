@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from models.camera import Camera
 from models.effects.camera_path import CameraPath
 from models.effects.context import Context
+from models.effects.injection import Injected
 from models.effects.pixels import needs_camera
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.world import Moment, World
@@ -56,9 +57,9 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     `rotation_x_rad`, ... and `translation_x_mm`, ... are what it has come to at the last picture, in the camera's
     axes as for a bump; a missing one is 0. `settling` is how long ago, in recordings, the clamp was closed.
     """
-    age = float(parameters.get("settling", _CLOSED_AGO))
-    turn = np.array([float(parameters.get(f"rotation_{axis}_rad", 0.0)) for axis in "xyz"])
-    shift = np.array([float(parameters.get(f"translation_{axis}_mm", 0.0)) for axis in "xyz"])
+    age = float(parameters["settling"])
+    turn = np.array([float(parameters[f"rotation_{axis}_rad"]) for axis in "xyz"])
+    shift = np.array([float(parameters[f"translation_{axis}_mm"]) for axis in "xyz"])
 
     def creep(camera: Camera, moment: Moment) -> Camera:
         share = math.log1p(moment.progress / age) / math.log1p(1.0 / age)
@@ -75,7 +76,12 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(
+        *(Injected(f"rotation_{axis}_rad", (-1.0, 1.0), 0.0) for axis in "xyz"),
+        *(Injected(f"translation_{axis}_mm", (-400.0, 400.0), 0.0) for axis in "xyz"),
+        Injected("settling", (0.01, 1000.0), _CLOSED_AGO),
+    ),
     confused_with=("camera_moved", "thermal_drift"),
     experiment="one pose repeated now and then over a long time; marker A tells the camera from the arm",
     applies=needs_camera,

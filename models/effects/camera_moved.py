@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from models.camera import Camera
 from models.effects.camera_path import CameraPath
 from models.effects.context import Context
+from models.effects.injection import Injected, sample
 from models.effects.pixels import needs_camera
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.effects.scan import event_rows, since
@@ -49,8 +50,8 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     a missing one is 0.
     """
     start = int(parameters["from_sample"])
-    turn = Rotation.from_rotvec([float(parameters.get(f"rotation_{axis}_rad", 0.0)) for axis in "xyz"]).as_matrix()
-    shift = np.array([float(parameters.get(f"translation_{axis}_mm", 0.0)) for axis in "xyz"])
+    turn = Rotation.from_rotvec([float(parameters[f"rotation_{axis}_rad"]) for axis in "xyz"]).as_matrix()
+    shift = np.array([float(parameters[f"translation_{axis}_mm"]) for axis in "xyz"])
 
     def bump(camera: Camera, moment: Moment) -> Camera:
         return camera.moved(turn, shift) if moment.sample >= start else camera
@@ -66,7 +67,12 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(
+        *(Injected(f"rotation_{axis}_rad", (-1.0, 1.0), 0.0) for axis in "xyz"),
+        *(Injected(f"translation_{axis}_mm", (-400.0, 400.0), 0.0) for axis in "xyz"),
+        sample("from_sample"),
+    ),
     confused_with=("camera_drift", "joint_slip", "focal_length"),
     experiment="the poses of the beginning once more; marker A, which never moves, tells the camera from the arm",
     applies=needs_camera,

@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 
 from models.effects.camera_path import CameraPath
 from models.effects.context import Context
+from models.effects.injection import Injected
 from models.effects.pixels import needs_camera
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.world import World
@@ -44,7 +45,7 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
 
     `tilt_x_rad`, `tilt_y_rad`, `tilt_z_rad`; a missing one is 0.
     """
-    tilt = [float(parameters.get(f"tilt_{axis}_rad", 0.0)) for axis in "xyz"]
+    tilt = [float(parameters[f"tilt_{axis}_rad"]) for axis in "xyz"]
     turned = world.true_camera.moved(Rotation.from_rotvec(tilt).as_matrix(), np.zeros(3))
     return replace(world, true_camera=turned)
 
@@ -57,7 +58,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=tuple(Injected(f"tilt_{axis}_rad", (-1.0, 1.0), 0.0) for axis in "xyz"),
     confused_with=("axis_tilt", "lens_distortion", "focal_length"),
     experiment="the camera moved to another place and calibrated there; a gauge laid across the plane",
     applies=needs_camera,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
+from models.effects.injection import Injected
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.world import World
 
@@ -54,7 +55,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(Injected("rows", (-100.0, 100.0), kind="whole"),),
     confused_with=("settling_lag",),
     experiment="single large steps between rests: which picture shows the step",
     plans=("growing_steps",),

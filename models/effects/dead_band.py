@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
+from models.effects.injection import Injected
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.effects.scan import steps_around
 from models.world import Command, Electronics, World, joint_index
@@ -82,7 +83,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(Injected("threshold_rad", (0.0, 1.0)),),
     confused_with=("backlash", "quantization", "missed_command"),
     experiment="steps of this joint that grow from far below to far above the threshold, in both directions",
     plans=("reversal", "growing_steps"),

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from models.camera import Camera
 from models.effects.camera_path import CameraPath
 from models.effects.context import Context
+from models.effects.injection import Injected, sample
 from models.effects.pixels import needs_camera
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.effects.scan import event_rows, since
@@ -48,7 +49,7 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
     """Move the lens so that the picture is `scale` times as large, from sample `from_sample` on (0: always)."""
-    scale, start = float(parameters["scale"]), int(parameters.get("from_sample", 0))
+    scale, start = float(parameters["scale"]), int(parameters["from_sample"])
 
     def focus(camera: Camera, moment: Moment) -> Camera:
         if moment.sample < start:
@@ -68,7 +69,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(Injected("scale", (0.2, 5.0)), sample("from_sample", 0)),
     confused_with=("plane_offset", "camera_moved", "lens_distortion"),
     experiment="a gauge of known length laid in the arm's plane; the board photographed once more",
     applies=needs_camera,

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
+from models.effects.injection import Injected
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.mjcf import add_spring
 from models.world import World
@@ -54,7 +55,7 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     `compliance1_rad_per_nm`, `compliance2_rad_per_nm`, ...: one a joint; a joint without one is stiff.
     """
     numbers = range(1, world.arm.n_joints + 1)
-    compliances = {n: float(parameters.get(f"compliance{n}_rad_per_nm", 0.0)) for n in numbers}
+    compliances = {n: float(parameters[f"compliance{n}_rad_per_nm"]) for n in numbers}
 
     def mechanism(spec: mujoco.MjSpec) -> None:
         for number, compliance in compliances.items():
@@ -72,7 +73,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(Injected("compliance{joint}_rad_per_nm", (0.0, 10.0), 0.0),),
     confused_with=("payload", "link_bending", "servo_nonlinearity"),
     experiment="the arm turned against gravity, and a known mass at the tip",
     applies=needs_gravity,

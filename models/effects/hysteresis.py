@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
+from models.effects.injection import Injected
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.errors import InputError
 from models.mjcf import SPRING_TIME_S, add_series_hinge
@@ -43,6 +44,12 @@ def term(context: Context, q: Array, values: Array, site: Site) -> Array:
     return out
 
 
+def physical(context: Context, values: Array) -> dict[str, Any]:
+    """Return lag and length as the simulated bench takes them: no bristles build a lag up on less travel."""
+    lag, length, _ = values.tolist()
+    return {"lag_rad": lag, "length_rad": max(length, _LEAST_LENGTH * lag)}
+
+
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
     return (
         Parameter("lag_rad", (0.0, 0.2), 0.02),
@@ -62,6 +69,8 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 
 # Friction of the bearing when all of its bristles slide; only its ratio to the drive's stiffness shows.
 _SLIDING_FRICTION_NM = 0.2
+# Travel over lag below which the link would have to jump, rounded up.
+_LEAST_LENGTH = 2.5
 # Share of the sliding friction that holds when the bristles yield one after another.
 _BRISTLE_SHARES = np.array([0.25, 0.5, 0.7, 0.85, 0.95, 1.0])
 
@@ -76,6 +85,8 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     """
     number = joint_index(world, joint) + 1
     lag, length = float(parameters["lag_rad"]), float(parameters["length_rad"])
+    if lag == 0.0:  # no friction
+        return world
     drive = _SLIDING_FRICTION_NM / lag
     stiffness, travel = _physical_bristles(lag, length)
 
@@ -104,7 +115,9 @@ def _physical_bristles(lag: float, length: float) -> tuple[NDArray[np.float64], 
     commanded = -length / 2 * np.log1p(-np.minimum(share, 0.98))
     travel = commanded - lag * share
     if np.any(np.diff(travel) <= 0):
-        raise InputError(f"hysteresis: length_rad {length:g} is too short for lag_rad {lag:g}; at least 2.5 times it")
+        raise InputError(
+            f"hysteresis: length_rad {length:g} is too short for lag_rad {lag:g}; at least {_LEAST_LENGTH} times it"
+        )
     slope = np.append(_SLIDING_FRICTION_NM * np.diff(share) / np.diff(travel), 0.0)
     return slope[:-1] - slope[1:], travel[1:]
 
@@ -117,8 +130,10 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(Injected("lag_rad", (0.0, 0.5)), Injected("length_rad", (1e-4, 3.0))),
     confused_with=("backlash", "settling_lag"),
     experiment="fine steps of this joint round a reversal: play keeps still, then follows one to one; friction bends",
     plans=("reversal",),
+    physical=physical,
 )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
+from models.effects.injection import Injected, sample
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.effects.scan import event_rows, since
 from models.world import Event, World, joint_index
@@ -62,7 +63,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(Injected("jump_rad", (-np.pi, np.pi)), sample("from_sample")),
     confused_with=("thermal_drift", "camera_moved"),
     experiment="the poses of the beginning once more",
     plans=("repeat_pose",),

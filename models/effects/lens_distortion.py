@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from models.effects.camera_path import CameraPath
 from models.effects.context import Context
+from models.effects.injection import Injected
 from models.effects.pixels import needs_camera
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.world import World
@@ -40,7 +41,7 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
     """Put another lens on the camera: changes of `k1`, `k2`, `p1`, `p2`, `k3`; a missing one is 0."""
-    change = np.array([float(parameters.get(name, 0.0)) for name in ("k1", "k2", "p1", "p2", "k3")])
+    change = np.array([float(parameters[name]) for name in ("k1", "k2", "p1", "p2", "k3")])
     return replace(world, true_camera=replace(world.true_camera, D=world.true_camera.D + change))
 
 
@@ -52,7 +53,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=tuple(Injected(name, (-20 * std, 20 * std), 0.0) for name, std in _PRIORS.items()),
     confused_with=("camera_tilt", "focal_length"),
     experiment="the arm spread over the whole picture, corners included; the board photographed there",
     applies=needs_camera,

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from models.effects.context import Context
 from models.effects.gravity_sag import needs_gravity
+from models.effects.injection import Injected
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.mjcf import BEND_AT, HINGE_INERTIA_KG_M2, SPRING_TIME_S
 from models.world import World, joint_index
@@ -66,6 +67,8 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     """
     number = joint_index(world, joint) + 1
     flexibility = float(parameters["flexibility_per_nm2"])
+    if flexibility == 0.0:  # a stiff link
+        return world
 
     def mechanism(spec: mujoco.MjSpec) -> None:
         near, far = BEND_AT
@@ -89,7 +92,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(Injected("flexibility_per_nm2", (0.0, 1000.0)),),
     confused_with=("gravity_sag", "payload"),
     experiment="the arm turned against gravity, with and without a known mass at the tip",
     applies=needs_gravity,

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
+from models.effects.injection import Injected, switch
 from models.effects.pixels import needs_camera
 from models.effects.predict import PointState
 from models.effects.registry import Effect, Parameter, Site, Stage
@@ -71,7 +72,7 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     """
     name = checked_marker(world, marker)
     offset = np.array([float(parameters["x_mm"]), float(parameters["y_mm"]), 0.0]) * M_PER_MM
-    on_next_link = round(float(parameters.get("body", 0.0))) == 1 and name in world.arm.marker_names[:-1]
+    on_next_link = round(float(parameters["body"])) == 1 and name in world.arm.marker_names[:-1]
 
     def mechanism(spec: mujoco.MjSpec) -> None:
         for part in (spec.site(f"marker_{name}"), spec.geom(f"sticker_{name}")):
@@ -90,7 +91,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(Injected("x_mm", (-100.0, 100.0)), Injected("y_mm", (-100.0, 100.0)), switch("body", 0)),
     confused_with=("axis_tilt", "lens_distortion"),
     experiment="each joint turned alone over its whole range",
     applies=_applies,

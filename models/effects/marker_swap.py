@@ -11,7 +11,9 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from models.effects.context import Context
+from models.effects.injection import other_marker, samples
 from models.effects.registry import Effect, Parameter, Site, Stage, View
+from models.errors import InputError
 from models.world import World, checked_marker, samples_of
 
 Array = NDArray[np.float64]
@@ -54,9 +56,14 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
     """Let detection give `marker` the place of marker `other`, and the other way round, in the frames `samples`."""
     first, second = checked_marker(world, marker), checked_marker(world, str(parameters["other"]))
-    rows = list(samples_of(parameters))
+    if first == second:
+        raise InputError(f"other: found {second!r}, which is the marker itself; another one is wanted")
+    frames = samples_of(parameters)
 
     def swap(pixels: dict[str, NDArray[np.float64]], rng: Generator) -> dict[str, NDArray[np.float64]]:
+        if first not in pixels or second not in pixels:  # nobody looks for one of them
+            return pixels
+        rows = [row for row in frames if row < len(pixels[first])]
         swapped = {name: points.copy() for name, points in pixels.items()}
         swapped[first][rows], swapped[second][rows] = pixels[second][rows], pixels[first][rows]
         return swapped
@@ -72,7 +79,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=None,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(other_marker("other"), samples("samples")),
     confused_with=("outliers",),
     experiment="the frames in question looked at again",
     physical=physical,

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
+from models.effects.injection import samples
 from models.effects.registry import Effect, Parameter, Site, Stage, View
 from models.world import Command, Electronics, World, samples_of
 
@@ -88,7 +89,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(samples("samples"),),
     confused_with=("outliers", "dead_band"),
     experiment="the missed poses commanded once more",
     plans=("growing_steps",),

@@ -10,6 +10,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from models.effects.context import Context
+from models.effects.injection import Injected
 from models.effects.registry import Effect, Parameter, Site, Stage, View
 from models.world import World
 
@@ -87,7 +88,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=None,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(Injected("rate", (0.0, 1.0)), Injected("size_px", (0.0, 5000.0))),
     confused_with=("marker_swap", "missed_command"),
     experiment="the frames in question looked at again",
     find=find,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from models.effects.context import Context
 from models.effects.gravity_sag import needs_gravity
+from models.effects.injection import Injected, sample
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.effects.scan import event_rows, since
 from models.mjcf import add_spring, add_tip_mass
@@ -61,7 +62,7 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     A stiff arm does not show it: the joints get springs of `compliance1_rad_per_nm`, ..., by default those of the
     servos' gears, which carry the arm's own weight too.
     """
-    mass, start = float(parameters["mass_kg"]), int(parameters.get("from_sample", 0))
+    mass, start = float(parameters["mass_kg"]), int(parameters["from_sample"])
     gear = float(parameters.get("compliance_rad_per_nm", world.servo.gear_compliance_rad_nm))
     tip = f"end{world.arm.n_joints}"
 
@@ -85,7 +86,13 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(
+        Injected("mass_kg", (0.0, 5.0)),
+        sample("from_sample", 0),
+        Injected("compliance_rad_per_nm", (0.0, 10.0), optional=True),
+        Injected("compliance{joint}_rad_per_nm", (0.0, 10.0), optional=True),
+    ),
     confused_with=("gravity_sag", "link_bending"),
     experiment="the same poses with and without a known mass at the tip",
     applies=needs_gravity,

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from models.effects.camera_path import CameraPath
 from models.effects.context import Context
+from models.effects.injection import Injected
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.world import World
 
@@ -56,7 +57,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(Injected("offset_mm", (-400.0, 1000.0)),),
     confused_with=("focal_length",),
     experiment="a gauge of known length laid in the arm's plane, or one link measured with a calliper",
     applies=_applies,

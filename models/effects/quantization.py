@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
+from models.effects.injection import Injected
 from models.effects.registry import Effect, Evidence, Parameter, Site, Stage
 from models.effects.scan import steps_around
 from models.world import Command, Electronics, World
@@ -94,7 +95,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(Injected("step_rad", (1e-5, 1.6)),),
     screen=_screen,
     confused_with=("dead_band", "servo_nonlinearity"),
     experiment="a fine ramp of each joint over several steps",

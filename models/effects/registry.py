@@ -18,16 +18,17 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from models.arm import Arm
 from models.effects.context import Context
+from models.effects.injection import Injected, Stated, Where, checked, taken_by
 from models.errors import InputError, nearest
 
 Array = NDArray[np.float64]
-Where = Literal["joint", "link", "marker", "arm", "camera"]
 
 
 class Stage(IntEnum):
@@ -133,7 +134,9 @@ class Effect:
         parameters: of its term, for a site.
         term: the estimator's explanation; None for an effect that is repaired in the observations instead.
         starts: values from which the fit begins.
-        inject: makes the effect in a `World`, physically.
+        injector: makes the effect in a `World`, physically, from checked parameters: called by `inject`.
+        injected: the parameters that the injector takes. A parameter of the term that is not among them says what a
+            recording found the bench in (the side of a gap at its first pose), not what the bench is.
         confused_with: effects that some poses cannot tell from it.
         experiment: the poses that tell it apart, in words.
         applies: why it cannot be looked for in this recording, or None.
@@ -152,7 +155,8 @@ class Effect:
     parameters: Callable[[Context, Site], tuple[Parameter, ...]]
     term: Term | None
     starts: Starts
-    inject: Callable[..., Any]
+    injector: Callable[..., Any]
+    injected: tuple[Injected, ...]
     confused_with: tuple[str, ...]
     experiment: str
     applies: Callable[[Context, Site], str | None] = field(default=lambda context, site: None)
@@ -160,6 +164,25 @@ class Effect:
     physical: Callable[[Context, Array], dict[str, Any]] | None = None
     screen: Callable[[Context, Site, Evidence], Iterable[Array]] | None = None
     find: Find | None = None
+
+    def inject(
+        self, world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None
+    ) -> Any:
+        """Return the `World` with this effect made in it; raises `InputError` as `check` does."""
+        complete = self.check(Stated(parameters, joint, marker), world.arm)
+        return self.injector(world, complete, joint=joint, marker=marker)
+
+    def check(self, stated: Stated, arm: Arm, n_poses: int | None = None) -> dict[str, Any]:
+        """Return the injector's parameters with their defaults; raises `InputError` for what it cannot be given."""
+        return checked(self.name, self.where, self.injected, stated, arm, n_poses)
+
+    def built(self, context: Context, site: Site, values: Array) -> dict[str, Any]:
+        """Return the term's values as the injector takes them."""
+        if self.physical is not None:
+            return self.physical(context, values)
+        known = taken_by(self.injected, context.arm)
+        pairs = zip(self.parameters(context, site), values, strict=True)
+        return {parameter.name: float(value) for parameter, value in pairs if parameter.name in known}
 
     def sites(self, context: Context) -> list[Site]:
         """List the sites at which this effect may sit in a recording."""

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
+from models.effects.injection import Injected
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.world import Command, Electronics, World, joint_index
 
@@ -62,7 +63,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(Injected("gain", (0.1, 3.0)),),
     confused_with=("servo_nonlinearity",),
     experiment="this joint swept over its whole range",
     plans=("full_sweep",),

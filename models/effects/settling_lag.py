@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
+from models.effects.injection import Injected
 from models.effects.registry import Effect, Parameter, Site, Stage
-from models.errors import InputError
 from models.world import World
 
 Array = NDArray[np.float64]
@@ -35,6 +35,13 @@ def term(context: Context, q: Array, values: Array, site: Site) -> Array:
         state = q[row] + left * (state - q[row])
         out[row] = state
     return out
+
+
+def physical(context: Context, values: Array) -> dict[str, Any]:
+    """Return the parts as the simulated bench takes them: it waits equally long for every picture, and no servo of it
+    overshoots.
+    """
+    return {f"remaining{joint + 1}": max(float(part), 0.0) for joint, part in enumerate(values[:-1])}
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
@@ -68,13 +75,10 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     """Make the servos sluggish and take each picture, and go on, before they have arrived.
 
     `remaining1`, `remaining2`, ... (or `remaining`, for all) are the parts of a step that are still to go. What delays
-    the servos is a slow filter in their boards; the motors could go faster. Raises `InputError` for a part that is
-    not below 1.
+    the servos is a slow filter in their boards; the motors could go faster.
     """
     numbers = range(1, world.arm.n_joints + 1)
-    parts = {n: float(parameters.get(f"remaining{n}", parameters.get("remaining", 0.0))) for n in numbers}
-    if max(parts.values()) >= 1.0:
-        raise InputError("settling_lag: remaining must be below 1, the part of a step that is still to go")
+    parts = {n: float(parameters.get(f"remaining{n}", parameters["remaining"])) for n in numbers}
     servo = replace(world.servo, stiffness_nm_rad=_STIFFNESS_NM_RAD, approach_speed_rad_s=_UNHURRIED_RAD_S)
 
     def mechanism(spec: mujoco.MjSpec) -> None:
@@ -98,8 +102,10 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(Injected("remaining", (0.0, 0.99), 0.0), Injected("remaining{joint}", (0.0, 0.99), optional=True)),
     confused_with=("backlash", "hysteresis", "command_shift"),
     experiment="large and small steps to the same pose, and the same steps with a longer wait",
     plans=("growing_steps",),
+    physical=physical,
 )

@@ -5,6 +5,7 @@ The term is a first-order rise. Where no time was recorded, one pose counts as o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
+from models.effects.injection import Injected
 from models.effects.registry import Effect, Parameter, Site, Stage
 from models.world import Command, Electronics, World, joint_index
 
@@ -45,7 +47,6 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 
 # The winding warms this much faster than the case.
 _WINDING_SHARE = 0.01
-_STEPS_PER_TIME_CONSTANT = 400
 
 
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
@@ -56,21 +57,21 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     """
     index = joint_index(world, joint)
     drift, time_constant = float(parameters["drift_rad"]), float(parameters["time_constant_s"])
-    step = time_constant / _STEPS_PER_TIME_CONSTANT
 
     def warming() -> Electronics:
         clock: float | None = None
-        winding = case = 0.0  # warmth above the room, 1 at the end
+        winding = case = 1.0  # warmth that is still lacking, 0 at the end
 
         def receive(command: Command) -> NDArray[np.float64]:
             nonlocal clock, winding, case
-            clock = command.time_s if clock is None else clock
-            while clock + step <= command.time_s:
-                winding += step / (_WINDING_SHARE * time_constant) * (1.0 - winding)
-                case += step / time_constant * (winding - case)
-                clock += step
+            passed = (command.time_s - (command.time_s if clock is None else clock)) / time_constant
+            clock = command.time_s
+            # The case follows the winding, d case/dt = (winding - case) / time_constant: solved since the last command.
+            slow, quick = math.exp(-passed), math.exp(-passed / _WINDING_SHARE)
+            case = case * slow + winding * _WINDING_SHARE / (1.0 - _WINDING_SHARE) * (slow - quick)
+            winding *= quick
             q = command.q.copy()
-            q[index] += drift * case
+            q[index] += drift * (1.0 - case)
             return q
 
         return receive
@@ -86,7 +87,8 @@ EFFECT = Effect(
     parameters=_parameters,
     term=term,
     starts=_starts,
-    inject=inject,
+    injector=inject,
+    injected=(Injected("drift_rad", (-1.0, 1.0)), Injected("time_constant_s", (1e-3, 1e9))),
     confused_with=("camera_drift", "joint_slip"),
     experiment="one pose repeated now and then over a long time",
     plans=("repeat_pose",),

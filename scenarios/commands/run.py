@@ -13,10 +13,10 @@ from rich.text import Text
 from models.errors import InputError
 from scenarios.commands.outputs import check_out_folder
 from scenarios.report.line_figures import LABELS
+from scenarios.runner.bench import simulated_bench
 from scenarios.runner.job import Job, alone, open_job
 from scenarios.runner.run import run_stages
 from scenarios.runner.stages import STAGES
-from scenarios.runner.world import build_world
 from scenarios.scenario import builtin_scenarios, read_scenario
 
 
@@ -41,7 +41,7 @@ def run_command(
     wanted = read_scenario(scenario)
     check_out_folder(out)
     try:
-        build_world(wanted)  # what cannot be built is refused before anything is written
+        simulated_bench(wanted, "before")  # what cannot be filmed is refused before anything is written
     except InputError as error:
         raise InputError(f"{scenario}: {error}") from None
     job = open_job(out, wanted)

@@ -33,9 +33,13 @@ def estimates_of(cause: NamedCause, diagnosis: Diagnosis) -> dict[str, Estimate]
 
 
 def twin_of(diagnosis: Diagnosis) -> Twin:
-    """Return the extended twin: the calibrated geometry with every effect of the final model."""
+    """Return the extended twin: the calibrated geometry with every effect of the final model.
+
+    Misread angles are left out: the simulated bench has a detector that errs, but no protractor.
+    """
     context = diagnosis.problem.context
-    actives = [*diagnosis.explanation.final.effects, *diagnosis.explanation.found]
+    found = [active for active in diagnosis.explanation.found if context.camera or active.effect.name != "outliers"]
+    actives = [*diagnosis.explanation.final.effects, *found]
     return Twin(
         arm=context.arm,
         deviation=diagnosis.geometry.deviation,
@@ -51,12 +55,9 @@ def twin_of(diagnosis: Diagnosis) -> Twin:
 def injected(active: Active, diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the parameters of a found effect as its injector takes them."""
     context = diagnosis.problem.context
-    if active.effect.physical is not None:
-        return active.effect.physical(context, active.values)
     if active.effect.name == "outliers":
         return {name: estimate.value for name, estimate in _outliers(active, diagnosis).items()}
-    parameters = active.effect.parameters(context, active.site)
-    return {p.name: float(value) for p, value in zip(parameters, active.values, strict=True)}
+    return active.effect.built(context, active.site, active.values)
 
 
 def _outliers(active: Active, diagnosis: Diagnosis) -> dict[str, Estimate]:

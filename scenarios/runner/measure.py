@@ -14,9 +14,11 @@ from models.recording import Recording, make_samples
 from models.recording_reader import read_recording
 from models.recording_writer import write_recording
 from scenarios.runner.camera import calibrated_camera
+from scenarios.runner.capture import samples_before
 from scenarios.runner.job import Job
+from scenarios.runner.picture import generator
 from scenarios.runner.progress import Tick
-from scenarios.runner.world import declared_arm
+from scenarios.runner.world import build_world, declared_arm
 
 
 def measure_before(job: Job, tick: Tick) -> dict[str, Any]:
@@ -56,11 +58,20 @@ def _measure(job: Job, name: str, held_out: tuple[str, ...], tick: Tick) -> dict
     )
     fine = measure_frames(frames, "subpixel", progress=lambda done, _: tick(done, 2 * n))
     coarse = _by_paper(frames, lambda done, _: tick(n + done, 2 * n))
-    measured = with_markers(frames, fine)
+    measured = _with_faults(job, name, with_markers(frames, fine))
     # A centre is known no better than the camera that it is compared through, and that fits its board to so much.
     detection, camera = measured.pixel_noise_px or 0.0, float(job.load("camera")["rms_px"])
     write_recording(job.recordings / name, replace(measured, pixel_noise_px=float(np.hypot(detection, camera))))
     return {"subpixel": _table(frames, fine), "paper": coarse}
+
+
+def _with_faults(job: Job, name: str, measured: Recording) -> Recording:
+    """Let happen what the scenario says of detection itself, which no picture shows: markers mistaken or swapped."""
+    rng = generator(job.scenario, f"detection of {name}")
+    markers = measured.markers_px
+    for detection in build_world(job.scenario, samples_before(job.scenario, name)).detections:
+        markers = detection(markers, rng)
+    return replace(measured, markers_px=markers)
 
 
 def _by_paper(frames: Recording, progress: Callable[[int, int], None]) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import cv2
@@ -11,8 +10,8 @@ import numpy as np
 from models.arm import Arm, nominal_arm
 from models.camera import Camera
 from models.camera_files import nominal_camera
+from models.effects.injection import later
 from models.effects.registry import effect_named
-from models.errors import InputError
 from models.kinematics import Deviation
 from models.world import World, ideal_world
 from scenarios.scenario import ScenarioFile
@@ -36,7 +35,7 @@ def true_deviation(scenario: ScenarioFile) -> Deviation:
 
 
 def build_world(scenario: ScenarioFile, samples_before: int = 0) -> World:
-    """Build the bench with every fault of the scenario; raises `InputError` that names the effect it cannot make.
+    """Build the bench with every fault of the scenario.
 
     `samples_before` poses were run earlier: what happens at some sample has then happened, or comes sooner.
     """
@@ -47,20 +46,8 @@ def build_world(scenario: ScenarioFile, samples_before: int = 0) -> World:
         np.array(scenario.bench.base_in_board_mm),
         true_deviation(scenario),
     )
-    for number, effect in enumerate(scenario.effects):
-        try:
-            world = effect_named(effect.name).inject(
-                world, _later(effect.parameters, samples_before), joint=effect.joint, marker=effect.marker
-            )
-        except InputError as error:
-            raise InputError(f"effects.{number} ('{effect.name}'): {error}") from None
-        except KeyError as error:
-            raise InputError(f"effects.{number} ('{effect.name}'): key {error} is missing") from None
+    for effect in scenario.effects:
+        known = effect_named(effect.name)
+        parameters = later(known.injected, effect.parameters, world.arm, samples_before)
+        world = known.inject(world, parameters, joint=effect.joint, marker=effect.marker)
     return world
-
-
-def _later(parameters: Mapping[str, float], samples_before: int) -> dict[str, float]:
-    shifted = dict(parameters)
-    if "from_sample" in shifted:
-        shifted["from_sample"] = max(0.0, shifted["from_sample"] - samples_before)
-    return shifted

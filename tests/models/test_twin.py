@@ -5,17 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import mujoco
 import numpy as np
 import pytest
 import tomli_w
 
 from models.arm import Arm, nominal_arm
 from models.camera_files import nominal_camera
+from models.effects import registry
+from models.effects.registry import effect_named
 from models.errors import InputError
 from models.kinematics import Deviation, marker_positions
 from models.toml_reader import read_toml
 from models.twin import Twin, TwinEffect, read_twin, rebuild, write_twin
-from models.world import Command
+from models.world import Command, World
 from sim.physics.simulation import simulate
 
 DEVIATION = Deviation(np.array([1.5, -2.0, 0.4, 0.1]), np.array([0.02, -0.03, 0.01]))
@@ -86,12 +89,26 @@ def test_a_twin_of_angles_alone_has_no_camera_and_can_still_be_rebuilt(tmp_path:
 
 
 def test_effects_that_no_bench_can_have_are_refused_by_name() -> None:
-    with pytest.raises(InputError, match="effect 'backlash': its parameter 'width_rad' is missing"):
+    with pytest.raises(InputError, match="effect 'backlash': key 'width_rad' is missing"):
         rebuild(twin(TwinEffect("backlash", 2, None, {})))
-    with pytest.raises(InputError, match="effect 'backlash': no such arm can be built"):
+    with pytest.raises(InputError, match=r"effect 'backlash': width_rad: found -0\.1, a number from 0 to 1 is wanted"):
         rebuild(twin(TwinEffect("backlash", 2, None, {"width_rad": -0.1})))
-    with pytest.raises(InputError, match="joint 9"):
+    with pytest.raises(InputError, match="effect 'backlash': joint: found 9, a number from 1 to 3 is wanted"):
         rebuild(twin(TwinEffect("backlash", 9, None, {"width_rad": 0.1})))
+
+
+def test_an_effect_of_which_no_arm_can_be_compiled_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
+    def inject(world: World, parameters: object, **site: object) -> World:
+        return world.with_mechanism(turn_the_range_round)
+
+    def turn_the_range_round(spec: mujoco.MjSpec) -> None:
+        spec.joint("joint1").limited = True
+        spec.joint("joint1").range = [1.0, -1.0]
+
+    torn = replace(effect_named("backlash"), name="torn", where="arm", injector=inject, injected=())
+    monkeypatch.setitem(registry._LOADED, "torn", torn)
+    with pytest.raises(InputError, match="effect 'torn': no such arm can be built"):
+        rebuild(twin(TwinEffect("torn", None, None, {})))
 
 
 @pytest.mark.parametrize(
@@ -110,7 +127,21 @@ def test_effects_that_no_bench_can_have_are_refused_by_name() -> None:
         (("effects",), [{"effect": "backlsh"}], "effects.0.effect: unknown effect 'backlsh'; did you mean 'backlash'"),
         (("effects",), [{"effect": "backlash", "joint": 0}], "effects.0.joint"),
         (("effects",), [{"effect": "backlash", "width": 1}], "unknown key 'effects.0.width'"),
-        (("effects",), [{"effect": "backlash", "parameters": {"width_rad": float("inf")}}], "effects.0.parameters"),
+        (
+            ("effects",),
+            [{"effect": "backlash", "joint": 1, "parameters": {"width_rad": float("inf")}}],
+            "effects.0.parameters.width_rad: found inf, a number from 0 to 1 is wanted",
+        ),
+        (
+            ("effects",),
+            [{"effect": "backlash", "joint": 1, "parameters": {"widht_rad": 0.01}}],
+            "unknown key 'effects.0.parameters.widht_rad'; did you mean 'width_rad'?",
+        ),
+        (
+            ("effects",),
+            [{"effect": "backlash", "parameters": {"width_rad": 0.01}}],
+            "key 'effects.0.joint' is missing: backlash sits at a joint, a number from 1 to 3 is wanted",
+        ),
     ],
 )
 def test_a_broken_file_is_refused_in_one_line(

@@ -27,10 +27,8 @@ def test_a_marker_that_the_arm_does_not_have_is_refused() -> None:
         checked_marker(flat_world(), "z")
 
 
-def test_samples_are_sorted_and_must_be_given() -> None:
+def test_samples_are_sorted() -> None:
     assert samples_of({"samples": [7.0, 3]}) == (3, 7)
-    with pytest.raises(InputError, match="samples"):
-        samples_of({})
 
 
 def test_camera_motions_follow_one_another() -> None:

@@ -71,6 +71,11 @@ def _without(tables: dict[str, Any], key: str) -> None:
     del tables[key]
 
 
+def _instead(tables: dict[str, Any], name: str, **keys: object) -> None:
+    """Put another effect in the place of the scenario's."""
+    tables["effects"] = [{"name": name, **keys}]
+
+
 BROKEN = [
     (lambda t: t.update(titel=t.pop("title")), "unknown key 'titel'; did you mean 'title'?"),
     (lambda t: t["trajectories"]["circle"].update(radius=9), "'trajectories.circle.radius'; did you mean 'radius_mm'?"),
@@ -81,7 +86,35 @@ BROKEN = [
     (lambda t: t["trajectories"]["circle"].update(samples=1), "trajectories.circle.samples"),
     (lambda t: t["trajectories"]["circle"].update(radius_mm=300), "trajectories.circle: pose 3"),
     (lambda t: t["effects"][0].update(name="backlsh"), "unknown effect 'backlsh'; did you mean 'backlash'?"),
-    (lambda t: t["effects"][0].update(width_rad="wide"), "effects.0.parameters.width_rad"),
+    (lambda t: t["effects"][0].update(name="backlsh"), "effects.0.name: unknown effect"),
+    (lambda t: t["effects"][0].update(width_rad="wide"), "effects.0.width_rad: found 'wide', a number from 0 to 1 is"),
+    (lambda t: t["effects"][0].update(width_rad=50), "effects.0.width_rad: found 50, a number from 0 to 1 is wanted"),
+    (lambda t: t["effects"][0].update(width_rad=float("nan")), "effects.0.width_rad: found nan"),
+    (lambda t: t["effects"][0].update(width_rad=True), "effects.0.width_rad: found True"),
+    (lambda t: t["effects"][0].update(widht_rad=0.1), "unknown key 'effects.0.widht_rad'; did you mean 'width_rad'?"),
+    (lambda t: t["effects"][0].pop("width_rad"), "key 'effects.0.width_rad' is missing: a number from 0 to 1 is"),
+    (lambda t: t["effects"][0].pop("joint"), "key 'effects.0.joint' is missing: backlash sits at a joint, a number"),
+    (lambda t: t["effects"][0].update(joint=7), "effects.0.joint: found 7, a number from 1 to 3 is wanted"),
+    (lambda t: t["effects"][0].update(marker="a"), "effects.0.marker: found 'a', backlash sits at no marker"),
+    (lambda t: _instead(t, "marker_offset", marker="q", x_mm=1, y_mm=1), "marker: found 'q', one of a, b, c, e, f"),
+    (lambda t: _instead(t, "servo_gain", joint=1, gain=-3), "effects.0.gain: found -3, a number from 0.1 to 3 is"),
+    (
+        lambda t: _instead(t, "gravity_sag"),
+        "effects.0: gravity_sag gets none of its parameters compliance1_rad_per_nm",
+    ),
+    (lambda t: _instead(t, "gravity_sag", joint=1, compliance1_rad_per_nm=0.1), "gravity_sag sits at no joint"),
+    (lambda t: _instead(t, "joint_slip", joint=1, jump_rad=0.1, from_sample=200), "a sample's number from 0 to 199 is"),
+    (lambda t: _instead(t, "joint_slip", joint=1, jump_rad=0.1, from_sample=1.5), "effects.0.from_sample: found 1.5"),
+    (
+        lambda t: _instead(t, "missed_command", samples=[3, 200]),
+        "effects.0.samples: found [3, 200], a list of samples'",
+    ),
+    (lambda t: _instead(t, "missed_command", samples=7), "effects.0.samples: found 7, a list of samples' numbers from"),
+    (lambda t: _instead(t, "marker_swap", marker="b", other="b", samples=[3]), "effects.0: other: found 'b', which is"),
+    (
+        lambda t: _instead(t, "hysteresis", joint=1, lag_rad=0.1, length_rad=0.1),
+        "effects.0: hysteresis: length_rad 0.1",
+    ),
     (lambda t: t.update(board_views=2), "board_views"),
     (lambda t: t.update(schema="armtwin.scenario/9"), "schema"),
     (lambda t: _without(t, "schema"), "key 'schema' is missing"),
@@ -104,15 +137,10 @@ def test_an_unreachable_path_names_the_pose_and_the_reach(tables: dict[str, Any]
         check_scenario(tables, "s.toml")
 
 
-@pytest.mark.parametrize(
-    ("parameters", "said"),
-    [({"joint": 5, "width_rad": 0.01}, "joint 5"), ({"joint": 2}, "width_rad"), ({"width_rad": 0.01}, "joint")],
-)
-def test_an_effect_that_cannot_be_built_is_named(tables: dict[str, Any], parameters: dict[str, Any], said: str) -> None:
-    tables["effects"] = [{"name": "backlash", **parameters}]
-    with pytest.raises(InputError, match=r"effects\.0") as error:
-        build_world(check_scenario(tables, "s.toml"))
-    assert said in str(error.value)
+def test_an_effect_of_single_samples_may_name_every_pose_of_a_run(tables: dict[str, Any]) -> None:
+    """Two trajectories of 50 poses, then the validation's twice more."""
+    _instead(tables, "missed_command", samples=[0, 3, 199])
+    assert build_world(check_scenario(tables, "s.toml")).electronics
 
 
 def test_an_unknown_name_is_answered_with_the_nearest_one() -> None:

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from models.effects.registry import effect_named
+from models.effects.registry import Site, effect_named
+from models.errors import InputError
 from models.world import Command
 from tests.support.contexts import context_of, one_joint, turned
 from tests.support.worlds import flat_world, with_effect
@@ -25,12 +26,20 @@ def test_the_error_repeats_so_many_times_a_turn(sine: float, cosine: float, cycl
 
 @given(AMPLITUDES, AMPLITUDES, st.floats(1.0, 20.0))
 def test_amplitude_and_phase_describe_the_same_error(sine: float, cosine: float, cycles: float) -> None:
+    assume(np.hypot(sine, cosine) * cycles < 0.9)
     physical = effect_named("servo_nonlinearity").physical
     assert physical is not None
     found = physical(context_of(), np.array([sine, cosine, cycles]))
     angle = np.linspace(-1.0, 1.0, 50)
     wave = found["amplitude_rad"] * np.sin(found["cycles_per_turn"] * angle + found["phase_rad"])
     np.testing.assert_allclose(wave, sine * np.sin(cycles * angle) + cosine * np.cos(cycles * angle), atol=1e-12)
+
+
+def test_no_gear_is_bored_outside_itself() -> None:
+    with pytest.raises(InputError, match=r"makes an error of amplitude_rad 0\.3; at most 0\.095"):
+        with_effect(flat_world(), "servo_nonlinearity", {"amplitude_rad": 0.3, "cycles_per_turn": 10.0}, joint=1)
+    fitted = effect_named("servo_nonlinearity").built(context_of(), Site(joint=1), np.array([0.2, 0.2, 10.0]))
+    with_effect(flat_world(), "servo_nonlinearity", fitted, joint=1)
 
 
 @pytest.mark.parametrize(("sine", "cosine", "cycles"), [(0.004, 0.0, 3.0), (-0.002, 0.003, 8.0)])

@@ -88,7 +88,7 @@ def test_the_first_sticker_is_stuck_on_the_base() -> None:
 
 
 def test_a_marker_that_the_arm_does_not_have_is_refused() -> None:
-    with pytest.raises(InputError, match="marker 'q'"):
+    with pytest.raises(InputError, match="marker: found 'q', one of a, b, c, e, f is wanted"):
         with_effect(flat_world(), "marker_offset", {"x_mm": 2.0, "y_mm": 0.0}, marker="q")
 
 
@@ -103,6 +103,21 @@ def test_swapped_markers_trade_places_in_their_frames_only() -> None:
     np.testing.assert_array_equal(swapped["c"][[2, 5]], true["b"][[2, 5]])
     rest = [0, 1, 3, 4, 6, 7]
     np.testing.assert_array_equal(swapped["b"][rest], true["b"][rest])
+
+
+def test_a_marker_is_not_swapped_with_itself() -> None:
+    with pytest.raises(InputError, match="other: found 'b', which is the marker itself"):
+        with_effect(flat_world(), "marker_swap", {"samples": [2], "other": "b"}, marker="b")
+
+
+def test_of_a_marker_that_nobody_looks_for_nothing_is_swapped() -> None:
+    world = with_effect(flat_world(), "marker_swap", {"samples": [2], "other": "e"}, marker="b")
+    np.testing.assert_array_equal(record(world)["b"], record(flat_world())["b"])
+
+
+def test_frames_beyond_the_recording_are_not_swapped() -> None:
+    world = with_effect(flat_world(), "marker_swap", {"samples": [N + 3], "other": "c"}, marker="b")
+    np.testing.assert_array_equal(record(world)["b"], record(flat_world())["b"])
 
 
 def test_gross_errors_have_their_rate_and_size() -> None:
