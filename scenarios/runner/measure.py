@@ -19,6 +19,7 @@ from scenarios.runner.job import Job
 from scenarios.runner.picture import generator
 from scenarios.runner.progress import Tick
 from scenarios.runner.world import build_world, declared_arm
+from scenarios.scenario import ScenarioFile
 
 
 def measure_before(job: Job, tick: Tick) -> dict[str, Any]:
@@ -58,18 +59,18 @@ def _measure(job: Job, name: str, held_out: tuple[str, ...], tick: Tick) -> dict
     )
     fine = measure_frames(frames, "subpixel", progress=lambda done, _: tick(done, 2 * n))
     coarse = _by_paper(frames, lambda done, _: tick(n + done, 2 * n))
-    measured = _with_faults(job, name, with_markers(frames, fine))
+    measured = with_faults(job.scenario, name, with_markers(frames, fine))
     # A centre is known no better than the camera that it is compared through, and that fits its board to so much.
     detection, camera = measured.pixel_noise_px or 0.0, float(job.load("camera")["rms_px"])
     write_recording(job.recordings / name, replace(measured, pixel_noise_px=float(np.hypot(detection, camera))))
     return {"subpixel": _table(frames, fine), "paper": coarse}
 
 
-def _with_faults(job: Job, name: str, measured: Recording) -> Recording:
-    """Let happen what the scenario says of detection itself, which no picture shows: markers mistaken or swapped."""
-    rng = generator(job.scenario, f"detection of {name}")
+def with_faults(scenario: ScenarioFile, name: str, measured: Recording) -> Recording:
+    """Let happen to recording `name` what no picture shows: markers that detection mistakes for something else."""
+    rng = generator(scenario, f"detection of {name}")
     markers = measured.markers_px
-    for detection in build_world(job.scenario, samples_before(job.scenario, name)).detections:
+    for detection in build_world(scenario, samples_before(scenario, name)).detections:
         markers = detection(markers, rng)
     return replace(measured, markers_px=markers)
 
