@@ -13,6 +13,8 @@ import json
 import os
 import shutil
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -63,16 +65,19 @@ class CaptureFolder:
         """How many poses of the plan are on disk."""
         return self._done
 
-    def open(self) -> None:
-        """Begin the recording, or take up the one that is there.
+    def check(self) -> None:
+        """Count the poses that are on disk, and write nothing.
 
         Raises `InputError` if the folder holds something else: another arm's or camera's data, another plan's poses, no
         recording at all; or if the disk has no room for the pictures that are missing.
         """
-        try:
-            self._open()
-        except OSError as error:
-            raise InputError(f"{self.folder}: cannot be written ({error.strerror}); choose another folder") from None
+        with self._refusing():
+            self._look()
+
+    def open(self) -> None:
+        """Begin the recording, or take up the one that is there; raises as `check` does."""
+        with self._refusing():
+            self._begin(self._look())
 
     def add(self, frame: Frame) -> None:
         """Put the picture and the row of the next pose on disk; raises `JobError` if they do not fit.
@@ -114,7 +119,15 @@ class CaptureFolder:
         """Where the picture of a pose stands."""
         return self.folder / "frames" / f"{sample:06d}.png"
 
-    def _open(self) -> None:
+    @contextmanager
+    def _refusing(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise InputError(f"{self.folder}: cannot be written ({error.strerror}); choose another folder") from None
+
+    def _look(self) -> bytes:
+        """Return the rows that are there and whole; refuse what is not this plan's recording."""
         found = {path.name for path in self.folder.iterdir()} - _IGNORED if self.folder.is_dir() else set()
         if found and "recording.json" not in found:
             raise InputError(
@@ -123,11 +136,15 @@ class CaptureFolder:
         if found:
             self._refuse_other_bench()
         self._refuse_full_disk()
-        if not found:
+        samples = self.folder / "samples.csv"
+        return self._take_up(samples) if samples.exists() else b""
+
+    def _begin(self, kept: bytes) -> None:
+        """Make the folder ready for the next row behind those that are kept."""
+        if not (self.folder / "recording.json").exists():
             atomic.write_json(self.folder / "recording.json", self._header())
         (self.folder / "frames").mkdir(exist_ok=True)
         samples = self.folder / "samples.csv"
-        kept = self._take_up(samples) if samples.exists() else b""
         self._handle = os.open(samples, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
         os.ftruncate(self._handle, len(kept))
         if not kept:

@@ -19,6 +19,7 @@ from hardware.capture_folder import CaptureFolder
 from hardware.hardware_bench import HardwareBench
 from models.errors import InputError, JobError
 from models.plan import Plan
+from scenarios.commands.outputs import check_out_folder
 from scenarios.emulated_bench import EmulatedBench
 from scenarios.marker_finder import marker_finder
 from scenarios.plans import load_plan
@@ -62,8 +63,9 @@ def capture(
     held_out = _held_out(plan, plan_name, hold_out)
     if change_payload is None and plan.payload_kg.any() and not sys.stdin.isatty():
         raise InputError(f"{file}: column 'payload_kg' changes, which needs a person at the terminal to hang the mass")
+    check_out_folder(out)
     recording = CaptureFolder(out, setup.arm, setup.camera, setup.arm_plane_z_mm, plan)
-    recording.open()
+    recording.check()
     try:
         if recording.done < len(plan):
             _run(setup, recording, change_payload or _ask_for_payload)
@@ -82,6 +84,7 @@ def _run(setup: BenchSetup, recording: CaptureFolder, change_payload: ChangePayl
         bar = progress.add_task("poses", total=total, completed=recording.done)
         try:
             with HardwareBench(setup, finder) as bench:
+                recording.open()  # only now: a port that is missing leaves no folder behind
                 for note in bench.webcam.notes:
                     console.print(f"armtwin: {note}", highlight=False, markup=False, soft_wrap=True)
                 run_capture(bench, recording, lambda done, _: progress.update(bar, completed=done), change_payload)

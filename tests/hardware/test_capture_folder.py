@@ -44,6 +44,19 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path / "recording"
 
 
+def test_a_check_counts_what_is_there_and_writes_nothing(folder: Path):
+    CaptureFolder(folder, nominal_arm(), nominal_camera(), -80.87, PLAN).check()
+    assert not folder.exists()
+
+    fill(folder, 2)
+    before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
+    there = CaptureFolder(folder, nominal_arm(), nominal_camera(), -80.87, PLAN)
+    there.check()
+
+    assert there.done == 2
+    assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
+
+
 def test_a_whole_capture_reads_back_as_a_recording(folder: Path):
     fill(folder, 4)
 

@@ -100,5 +100,21 @@ def test_a_port_that_is_not_there_is_named_only_when_all_else_is_right(bench: Pa
         capture_command(str(bench), plan_file(tmp_path, [[0, 0, 0]]), tmp_path / "out")
 
 
+def test_a_port_that_is_not_there_leaves_nothing_behind(bench: Path, tmp_path: Path):
+    plan = plan_file(tmp_path, [[0, 0, 0]])
+    before = sorted(tmp_path.rglob("*"))
+
+    with pytest.raises(InputError, match="no-port"):
+        capture_command(str(bench), plan, tmp_path / "new" / "out")
+
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_the_port_is_opened(bench: Path, tmp_path: Path):
+    (tmp_path / "file").touch()
+
+    assert "is a file" in refusal(bench, plan_file(tmp_path, [[0, 0, 0]]), tmp_path / "file" / "out")
+
+
 def test_the_papers_plan_lies_within_the_limits_of_a_usual_bench(setup: BenchSetup):
     setup.limits.check_plan(load_plan("paper", setup.arm), "paper")
