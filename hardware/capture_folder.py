@@ -128,7 +128,8 @@ class CaptureFolder:
 
     def _look(self) -> bytes:
         """Return the rows that are there and whole; refuse what is not this plan's recording."""
-        found = {path.name for path in self.folder.iterdir()} - _IGNORED if self.folder.is_dir() else set()
+        there = set(self.folder.iterdir()) - set(atomic.leftovers(self.folder)) if self.folder.is_dir() else set()
+        found = {path.name for path in there} - _IGNORED
         if found and "recording.json" not in found:
             raise InputError(
                 f"{self.folder}: not empty and no recording (found {sorted(found)[0]}); choose another --out"
@@ -141,6 +142,7 @@ class CaptureFolder:
 
     def _begin(self, kept: bytes) -> None:
         """Make the folder ready for the next row behind those that are kept."""
+        atomic.clear_leftovers(self.folder)
         if not (self.folder / "recording.json").exists():
             atomic.write_json(self.folder / "recording.json", self._header())
         (self.folder / "frames").mkdir(exist_ok=True)

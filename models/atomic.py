@@ -14,11 +14,14 @@ from typing import Any
 
 import numpy as np
 
+_ASIDE = ".part"
+_OLD = ".old"
+
 
 def write_bytes(path: Path, data: bytes) -> None:
     """Write `data` to `path` atomically, making its parent folders."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=_ASIDE)
     aside = Path(name)
     try:
         with os.fdopen(handle, "wb") as stream:
@@ -48,12 +51,12 @@ def write_json(path: Path, value: object) -> None:
 def folder_aside(target: Path) -> Iterator[Path]:
     """Yield an empty folder beside `target` that takes its place when the block ends well, and goes when it fails."""
     target.parent.mkdir(parents=True, exist_ok=True)
-    aside = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part"))
+    aside = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}.", suffix=_ASIDE))
     try:
         aside.chmod(0o755)
         yield aside
         if target.exists():
-            old = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}.", suffix=".old"))
+            old = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}.", suffix=_OLD))
             target.replace(old / target.name)
             aside.replace(target)
             shutil.rmtree(old)
@@ -62,6 +65,20 @@ def folder_aside(target: Path) -> Iterator[Path]:
     except BaseException:
         shutil.rmtree(aside, ignore_errors=True)
         raise
+
+
+def leftovers(folder: Path) -> list[Path]:
+    """Return what writers that were killed left aside in `folder` and below it."""
+    return [*folder.rglob(f".*{_ASIDE}"), *folder.rglob(f".*{_OLD}")]
+
+
+def clear_leftovers(folder: Path) -> None:
+    """Remove what writers that were killed left aside in `folder` and below it; nobody may be writing there now."""
+    for left in leftovers(folder):
+        if left.is_dir():
+            shutil.rmtree(left)
+        else:
+            left.unlink(missing_ok=True)
 
 
 def _plain(value: Any) -> Any:

@@ -8,6 +8,7 @@ words from a pipe, and ends when the pipe closes.
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import time
 from collections import deque
@@ -147,10 +148,10 @@ def film(
 def _run(pipe: Connection, board: FirmwareEmulator, server: MjpegServer, scene: Film, speed: float) -> None:
     faults = Faults()
     queue: deque[tuple[float, bytes]] = deque()
-    parent = os.getppid()
+    parent = multiprocessing.parent_process()
     due_s = filmed_s = 0.0
     shown = b""
-    while os.getppid() == parent:  # a parent that was killed closes no pipe that a grandchild still holds
+    while parent is not None and parent.is_alive():  # whose pipe a grandchild may hold open when it was killed
         while pipe.poll(max(0.0, due_s - time.monotonic())):
             pipe.send(_obey(pipe.recv(), board, server, faults))
         due_s = max(due_s + FRAME_PERIOD_S, time.monotonic())

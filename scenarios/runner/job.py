@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import fcntl
 import json
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -66,7 +65,7 @@ def open_job(out: Path, scenario: ScenarioFile) -> Job:
                 f"{out}: holds a run of another scenario ('{job.scenario.title}', or an edited one); "
                 "choose another --out or remove the folder"
             )
-    elif out.exists() and (not out.is_dir() or any(out.iterdir())):
+    elif out.exists() and (not out.is_dir() or set(out.iterdir()) - set(atomic.leftovers(out))):
         raise InputError(f"{out}: is no run's folder and not empty; choose another --out")
     else:
         atomic.write_json(path, scenario.model_dump(mode="json", by_alias=True))
@@ -86,10 +85,5 @@ def alone(job: Job) -> Iterator[None]:
             raise InputError(
                 f"{job.out}: another armtwin is at work there; wait for it or choose another --out"
             ) from None
-        # What `models.atomic` writes aside before it renames.
-        for left in [*job.out.rglob(".*.part"), *job.out.rglob(".*.old")]:
-            if left.is_dir():
-                shutil.rmtree(left)
-            else:
-                left.unlink(missing_ok=True)
+        atomic.clear_leftovers(job.out)
         yield

@@ -1,7 +1,6 @@
 """A worker process: does one stage after the other as it is told, and reports how far it is.
 
-Workers are spawned, not forked: a fork after an OpenGL context exists hangs. A worker whose parent was killed finds
-its pipe closed at the next report and ends.
+Workers are spawned, not forked: a fork after an OpenGL context exists hangs. A worker whose parent was killed ends.
 """
 
 from __future__ import annotations
@@ -15,6 +14,7 @@ import cv2
 
 from models import atomic
 from models.errors import ArmtwinError
+from scenarios.processes import end_with_parent
 from scenarios.runner.job import Job
 from scenarios.runner.progress import Tick, Work
 
@@ -23,6 +23,7 @@ def serve(pipe: Connection, out: Path) -> None:
     """Do the stages whose names come through `pipe` until it closes."""
     from scenarios.runner.stages import STAGES
 
+    end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears Ctrl-C and ends its workers
     cv2.setNumThreads(1)
     job = Job(out)

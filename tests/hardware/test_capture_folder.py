@@ -57,6 +57,25 @@ def test_a_check_counts_what_is_there_and_writes_nothing(folder: Path):
     assert {path: path.stat().st_mtime_ns for path in folder.rglob("*")} == before
 
 
+def test_what_a_killed_capture_left_half_written_is_cleared(folder: Path):
+    fill(folder, 2)
+    (folder / "frames" / ".000002.png.abc.part").write_bytes(b"\x89PNG")
+
+    fill(folder, 4)
+
+    assert not list(folder.rglob(".*"))
+    assert len(read_recording(folder)) == 4
+
+
+def test_a_capture_killed_at_its_first_file_begins_anew(folder: Path):
+    folder.mkdir()
+    (folder / ".recording.json.abc.part").write_text("{")
+
+    fill(folder, 4)
+
+    assert len(read_recording(folder)) == 4
+
+
 def test_a_whole_capture_reads_back_as_a_recording(folder: Path):
     fill(folder, 4)
 

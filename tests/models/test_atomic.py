@@ -13,6 +13,19 @@ def fill_and_fail(target: Path, failure: BaseException) -> None:
         raise failure
 
 
+def test_what_killed_writers_left_aside_is_found_and_cleared_and_nothing_else(tmp_path):
+    (tmp_path / "a" / ".frames.xyz.part").mkdir(parents=True)
+    (tmp_path / "a" / ".frames.xyz.part" / "0.png").touch()
+    (tmp_path / ".x.json.xyz.part").touch()
+    (tmp_path / "a" / ".x.xyz.old").mkdir()
+    (tmp_path / "kept.part").touch()
+
+    assert len(atomic.leftovers(tmp_path)) == 3
+    atomic.clear_leftovers(tmp_path)
+
+    assert sorted(path.name for path in tmp_path.rglob("*")) == ["a", "kept.part"]
+
+
 def test_text_is_written_whole_with_its_folders(tmp_path):
     target = tmp_path / "a" / "b.txt"
     atomic.write_text(target, "Grüße\n")

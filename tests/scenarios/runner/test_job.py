@@ -40,6 +40,11 @@ def test_two_runs_in_one_folder_are_refused(tmp_path: Path) -> None:
         pass
 
 
+def test_a_run_killed_at_its_first_file_begins_anew(tmp_path: Path) -> None:
+    (tmp_path / ".scenario.json.abc.part").write_text("{")
+    assert open_job(tmp_path, read_scenario("geometric")).scenario == read_scenario("geometric")
+
+
 def test_what_a_killed_run_left_half_written_is_cleared(tmp_path: Path) -> None:
     job = open_job(tmp_path / "out", read_scenario("geometric"))
     (job.recordings / "before" / ".frames.abc.part").mkdir(parents=True)
