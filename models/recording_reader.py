@@ -16,7 +16,7 @@ from models.arm import Arm, arm_from_table
 from models.camera import Camera
 from models.errors import InputError, RecordingError, nearest
 from models.recording import OPTIONAL_COLUMNS, Recording
-from models.validation import ArmTable, CameraTable, Finite, Positive, Strict, check
+from models.validation import HEAVIEST_KG, ArmTable, CameraTable, Finite, Strict, check
 
 Array = NDArray[np.float64]
 
@@ -25,6 +25,15 @@ _MAX_JSON_BYTES = 1 << 20
 _MAX_CSV_BYTES = 1 << 28
 # Gross detection errors may lie outside the picture, but not by ten pictures.
 _FAR_OUTSIDE = 10.0
+# No detector finds a marker's centre better than to a millionth of a pixel, or is worth its name beyond a hundred.
+_LEAST_NOISE_PX = 1e-6
+_MOST_NOISE_PX = 100.0
+# What a webcam that watches an arm on a table stands off its plane along its view, mm.
+_NEAREST_MM = 10.0
+_FARTHEST_MM = 1e5
+# Beyond these no servo works.
+_COLDEST_C = -100.0
+_HOTTEST_C = 200.0
 # Nothing that is measured comes near it, not even the time of day in microseconds; its square is still a number.
 _LARGEST = 1e18
 
@@ -34,7 +43,7 @@ class _RecordingFile(Strict):
     arm: ArmTable
     camera: CameraTable | None = None
     arm_plane_z_mm: Finite | None = None
-    pixel_noise_px: Positive | None = None
+    pixel_noise_px: Annotated[float, Field(ge=_LEAST_NOISE_PX, le=_MOST_NOISE_PX)] | None = None
     held_out: Annotated[tuple[str, ...], Field(max_length=1000)] = ()
 
 
@@ -60,6 +69,9 @@ def read_recording(folder: Path, *, unmeasured: bool = False) -> Recording:
     if markers and (header.camera is None or header.arm_plane_z_mm is None):
         missing = "camera" if header.camera is None else "arm_plane_z_mm"
         raise RecordingError(f"recording.json: key '{missing}' is missing, samples.csv has markers in pixels")
+    camera = None if header.camera is None else camera_from_table(header.camera)
+    if camera is not None and header.arm_plane_z_mm is not None:
+        _check_plane(camera, header.arm_plane_z_mm)
     trajectory = np.array([row[columns.index("trajectory")] for row in rows], dtype=np.str_)
     for name in header.held_out:
         if name not in trajectory:
@@ -69,7 +81,7 @@ def read_recording(folder: Path, *, unmeasured: bool = False) -> Recording:
             )
     return Recording(
         arm=arm,
-        camera=None if header.camera is None else camera_from_table(header.camera),
+        camera=camera,
         arm_plane_z_mm=header.arm_plane_z_mm,
         pixel_noise_px=header.pixel_noise_px,
         held_out=header.held_out,
@@ -79,8 +91,8 @@ def read_recording(folder: Path, *, unmeasured: bool = False) -> Recording:
         q_cmd=table.angles(arm, "cmd", may_be_empty=False),
         markers_px=markers,
         q_meas=q_meas,
-        payload_kg=table.numbers("payload_kg") if "payload_kg" in columns else None,
-        temperature_c=table.numbers("temperature_c") if "temperature_c" in columns else None,
+        payload_kg=table.within("payload_kg", 0.0, HEAVIEST_KG) if "payload_kg" in columns else None,
+        temperature_c=table.within("temperature_c", _COLDEST_C, _HOTTEST_C) if "temperature_c" in columns else None,
         folder=folder,
     )
 
@@ -100,12 +112,27 @@ def camera_from_table(table: CameraTable) -> Camera:
     )
 
 
+def _check_plane(camera: Camera, plane_z_mm: float) -> None:
+    """Refuse a plane of the arm that the camera does not look at."""
+    view = camera.R_board_camera[2]  # the optical axis in the board frame
+    eye_z_mm = float(-(camera.R_board_camera.T @ camera.t_board_camera_mm)[2])
+    with np.errstate(divide="ignore"):
+        distance = float(np.divide(plane_z_mm - eye_z_mm, view[2]))
+    if not _NEAREST_MM <= distance <= _FARTHEST_MM:
+        way = "greater" if view[2] > 0 else "lesser"
+        raise RecordingError(
+            f"recording.json: arm_plane_z_mm: found {plane_z_mm:g}, which the camera does not look at: it stands at "
+            f"z = {eye_z_mm:.4g} mm of the board frame and looks towards {way} z; the plane is wanted "
+            f"{_NEAREST_MM:g} to {_FARTHEST_MM:g} mm before it"
+        )
+
+
 def _read_header(path: Path) -> _RecordingFile:
     _check_is_file(path)
     try:
         if path.stat().st_size > _MAX_JSON_BYTES:
             raise RecordingError(f"{path.name}: larger than {_MAX_JSON_BYTES} bytes, no header of a recording")
-        data = json.loads(path.read_text("utf-8"))
+        data = json.loads(path.read_text("utf-8-sig"))
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read ({error.strerror}); a recording folder needs it") from None
     except (ValueError, RecursionError) as error:  # no JSON, no UTF-8, a whole number of thousands of digits
@@ -195,6 +222,16 @@ class _Table:
                     + ("leave the cell empty where nothing was measured" if may_be_empty else "a number is wanted")
                 )
         return out
+
+    def within(self, name: str, low: float, high: float) -> Array:
+        values = self.numbers(name)
+        beyond = np.flatnonzero((values < low) | (values > high))
+        if len(beyond):
+            row = int(beyond[0])
+            raise RecordingError(
+                f"{self._at(row, name)}: found {values[row]:g}, a number from {low:g} to {high:g} is wanted"
+            )
+        return values
 
     def angles(self, arm: Arm, kind: str, *, may_be_empty: bool) -> Array:
         names = [f"theta{i + 1}_{kind}_rad" for i in range(arm.n_joints)]

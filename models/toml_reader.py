@@ -19,7 +19,7 @@ def read_toml(path: Path) -> dict[str, Any]:
             raise InputError(f"{path}: a folder, a pipe or a device; a TOML file is wanted")
         if path.stat().st_size > _MAX_BYTES:
             raise InputError(f"{path.name}: larger than {_MAX_BYTES} bytes, no TOML file of this project")
-        return tomllib.loads(path.read_text("utf-8"))
+        return tomllib.loads(path.read_text("utf-8-sig"))
     except FileNotFoundError:
         raise InputError(f"{path}: no such file") from None
     except OSError as error:

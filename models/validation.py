@@ -16,6 +16,12 @@ Finite = Annotated[float, Field(ge=-_LARGEST, le=_LARGEST, allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0, le=_LARGEST, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, le=_LARGEST, allow_inf_nan=False)]
 
+# What an arm on a table may have: beyond these its physics cannot be simulated either.
+HEAVIEST_KG = 20.0
+Length = Annotated[float, Field(ge=0, le=10_000.0, allow_inf_nan=False)]
+Mass = Annotated[float, Field(ge=0, le=HEAVIEST_KG, allow_inf_nan=False)]
+Gravity = Annotated[float, Field(ge=-100.0, le=100.0, allow_inf_nan=False)]
+
 # No arm on a table is shorter than this; a longest link below it was given in metres.
 _SHORTEST_ARM_MM = 2.0
 # Table 2 prints its rotation with four digits, so its rows are orthonormal to about 2e-4.
@@ -32,10 +38,10 @@ class ArmTable(Strict):
     """The `arm` table of a recording or an arm file."""
 
     name: Annotated[str, Field(min_length=1, max_length=100)]
-    link_lengths_mm: Annotated[list[NotNegative], Field(min_length=1, max_length=7)]
-    gravity_m_s2: Annotated[list[Finite], Field(min_length=2, max_length=2)] = [0.0, 0.0]
-    link_masses_kg: list[NotNegative] | None = None
-    tip_mass_kg: NotNegative | None = None
+    link_lengths_mm: Annotated[list[Length], Field(min_length=1, max_length=7)]
+    gravity_m_s2: Annotated[list[Gravity], Field(min_length=2, max_length=2)] = [0.0, 0.0]
+    link_masses_kg: list[Mass] | None = None
+    tip_mass_kg: Mass | None = None
 
     @model_validator(mode="after")
     def _lengths_and_masses_fit(self) -> ArmTable:

@@ -192,7 +192,7 @@ def read_scenario(name_or_path: str) -> ScenarioFile:
     if path.stat().st_size > _MAX_BYTES:
         raise InputError(f"{path.name}: larger than {_MAX_BYTES} bytes, no scenario")
     try:
-        data = tomllib.loads(path.read_text("utf-8"))
+        data = tomllib.loads(path.read_text("utf-8-sig"))
     except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, a whole number of thousands of digits
         raise InputError(f"{path.name}: not TOML ({error})") from None
     return check_scenario(data, path.name)

@@ -18,7 +18,11 @@ _STILL_RAD = 1e-6
 
 
 def check_recording(recording: Recording) -> None:
-    """Raise `RecordingError` for too few poses, nothing seen, or what was seen never changing while the arm moves."""
+    """Raise `RecordingError` where nothing, or nothing but by chance, can be told.
+
+    Too few poses, nothing seen, a reading or a clock that is stuck while the arm moves, no joint that ever turns back.
+    A command that never changes is none of these: an arm may well be looked at one joint at a time (`notes_on`).
+    """
     arm = recording.arm
     missing = _LEAST_POSES - len(recording)
     if missing > 0:
@@ -26,6 +30,8 @@ def check_recording(recording: Recording) -> None:
             f"samples.csv: too short to decide: {len(recording)} poses, at least {_LEAST_POSES} are wanted; add "
             f"{missing} poses"
         )
+    _refuse_stuck_clock(recording)
+    _refuse_one_sided(recording)
     moving = np.ptp(recording.q_cmd, axis=0) > _STILL_RAD
     if not recording.markers_px:
         assert recording.q_meas is not None
@@ -56,42 +62,66 @@ def _refuse_unseen(values: Array, columns: str, what: str) -> None:
 
 def _refuse_stuck(values: Array, columns: str, command: str) -> None:
     seen = values[np.isfinite(values).all(axis=-1)]
-    if len(seen) > 2 and not np.ptp(seen, axis=0).any():
+    if len(seen) > 2 and not np.ptp(seen, axis=0).all():
         raise RecordingError(
             f"samples.csv: {columns} never change while {command} does; a stuck reading or a frozen picture: "
             "measure again, or remove the columns"
         )
 
 
+def _refuse_stuck_clock(recording: Recording) -> None:
+    if recording.has_time and len(recording) > 1 and np.ptp(recording.time_s) == 0:
+        raise RecordingError(
+            f"samples.csv: time_s is {recording.time_s[0]:g} in every row, a clock that stands still; leave the column "
+            "empty where time was not recorded"
+        )
+
+
+def _refuse_one_sided(recording: Recording) -> None:
+    """Refuse commands of which none ever turns back.
+
+    Each cause then follows the order, the time and the angle alike: play is a joint's zero, friction that builds up a
+    servo's nonlinearity, creep a gain. Whatever would be named could be any of them. Where some joint turns back the
+    others' errors differ from its own, so `notes_on` only says what cannot be told of them.
+    """
+    turns = _turns(recording)
+    moving = {joint: signs for joint, signs in enumerate(turns, start=1) if len(signs)}
+    if moving and all(len(signs) == 1 for signs in moving.values()):
+        ways = ", ".join(f"theta{joint}_cmd_rad only {_way(signs)}" for joint, signs in moving.items())
+        raise RecordingError(
+            f"samples.csv: no joint ever turns back ({ways}), so every pose is approached from one side, and backlash "
+            "or hysteresis cannot be told from a joint's zero or gain; add the same poses in reverse order, from line "
+            f"{len(recording) + 1} back to line 2"
+        )
+
+
+def _way(signs: Array) -> str:
+    return "grows" if signs[0] > 0 else "falls"
+
+
+def _turns(recording: Recording) -> list[Array]:
+    """Signs of each joint's moves, each once: one of a joint that never turns back, none of one that never moves."""
+    moves = np.diff(recording.q_cmd, axis=0)
+    return [np.unique(np.sign(way[np.abs(way) > _STILL_RAD])) for way in moves.T]
+
+
 def _constant(recording: Recording) -> list[str]:
     still = np.ptp(recording.q_cmd, axis=0) <= _STILL_RAD
-    notes = [
+    return [
         f"theta{joint + 1}_cmd_rad never changes: nothing can be told of joint {joint + 1}"
         for joint in np.flatnonzero(still)
     ]
-    if recording.has_time and len(recording) > 1 and np.ptp(recording.time_s) == 0:
-        notes.append("time_s never changes: it is not used, and poses are taken in their order")
-    return notes
 
 
 def _one_sided(recording: Recording) -> list[str]:
     """Joints that always turn the same way: play and friction only shift their zero."""
-    moves = np.diff(recording.q_cmd, axis=0)
-    moves = np.where(np.abs(moves) > _STILL_RAD, np.sign(moves), 0.0)
-    joints = [
-        joint + 1 for joint in range(moves.shape[1]) if abs(moves[:, joint]).any() and _no_reversal(moves[:, joint])
-    ]
+    joints = [str(joint) for joint, signs in enumerate(_turns(recording), start=1) if len(signs) == 1]
     if not joints:
         return []
-    which = ", ".join(str(joint) for joint in joints)
     return [
-        f"joint {which}: every pose is approached from the same side; backlash and hysteresis there cannot be told "
-        "from the joint's zero: add the same poses approached from the other side"
+        f"joint {', '.join(joints)}: every pose is approached from the same side; backlash and hysteresis there cannot "
+        "be told from the joint's zero: add the same poses approached from the other side"
     ]
-
-
-def _no_reversal(signs: Array) -> bool:
-    return len(np.unique(signs[signs != 0])) == 1
 
 
 def _coarse(recording: Recording) -> list[str]:

@@ -3,10 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from models.arm import Arm
+from models.errors import RecordingError
 from models.recording import Recording, make_samples
-from scenarios.diagnosis.checks import notes_on
+from scenarios.diagnosis.checks import check_recording, notes_on
 
 N = 40
 
@@ -46,9 +48,32 @@ def test_joints_that_only_turn_one_way_are_named() -> None:
     assert note.startswith("joint 1: every pose is approached from the same side")
 
 
-def test_a_clock_that_stands_still_is_not_used() -> None:
-    (note,) = notes_on(replace(wandering(), time_s=np.full(N, 12.0)))
-    assert note.startswith("time_s never changes")
+def test_a_clock_that_stands_still_is_refused() -> None:
+    with pytest.raises(RecordingError, match="time_s is 12 in every row, a clock that stands still; leave the column"):
+        check_recording(replace(wandering(), time_s=np.full(N, 12.0)))
+
+
+def test_a_recording_in_which_no_joint_turns_back_is_refused_with_the_poses_to_add() -> None:
+    rich = wandering()
+    q = np.sort(rich.q_cmd, axis=0)
+    q[:, 1] *= -1.0
+    with pytest.raises(RecordingError) as refused:
+        check_recording(replace(rich, q_cmd=q))
+    said = str(refused.value)
+    assert "no joint ever turns back (theta1_cmd_rad only grows, theta2_cmd_rad only falls)" in said
+    assert "add the same poses in reverse order, from line 41 back to line 2" in said
+
+
+def test_the_same_poses_there_and_back_are_enough() -> None:
+    there = np.sort(wandering().q_cmd, axis=0)
+    check_recording(recording(np.concatenate([there, there[::-1]])))
+
+
+def test_a_joint_that_rests_turns_neither_way() -> None:
+    q = np.sort(wandering().q_cmd, axis=0)
+    q[:, 1] = 0.3
+    with pytest.raises(RecordingError, match=r"no joint ever turns back \(theta1_cmd_rad only grows\)"):
+        check_recording(recording(q))
 
 
 def test_commands_read_in_whole_degrees_are_said_to_be_with_the_error_that_makes() -> None:
