@@ -74,7 +74,7 @@ def open_job(out: Path, scenario: ScenarioFile) -> Job:
 
 @contextmanager
 def alone(job: Job) -> Iterator[None]:
-    """Hold the run's folder, and clear what a killed run left half written in it.
+    """Hold the run's folder, and clear what a killed run, or this one's ended workers, left half written in it.
 
     Raises `InputError` where another process is at work there.
     """
@@ -86,4 +86,7 @@ def alone(job: Job) -> Iterator[None]:
                 f"{job.out}: another armtwin is at work there; wait for it or choose another --out"
             ) from None
         atomic.clear_leftovers(job.out)
-        yield
+        try:
+            yield
+        finally:
+            atomic.clear_leftovers(job.out)

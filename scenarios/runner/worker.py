@@ -5,6 +5,7 @@ Workers are spawned, not forked: a fork after an OpenGL context exists hangs. A 
 
 from __future__ import annotations
 
+import errno
 import signal
 import traceback
 from multiprocessing.connection import Connection
@@ -17,6 +18,8 @@ from models.errors import ArmtwinError
 from scenarios.processes import end_with_parent
 from scenarios.runner.job import Job
 from scenarios.runner.progress import Tick, Work
+
+_NO_ROOM = {errno.ENOSPC, errno.EDQUOT}
 
 
 def serve(pipe: Connection, out: Path) -> None:
@@ -48,6 +51,9 @@ def _do(job: Job, name: str, work: Work, tick: Tick) -> tuple[str, int, str]:
     except (EOFError, BrokenPipeError):
         raise
     except Exception as error:  # noqa: BLE001  # a defect of ours: told in one line, kept whole in a file
+        if isinstance(error, OSError) and error.errno in _NO_ROOM:
+            kept = "every finished stage is kept: make room, then run the same command again"
+            return ("failed", 1, f"{job.out}: {error.strerror} in stage '{name}'; {kept}")
         log = job.out / "error.log"
         atomic.write_text(log, traceback.format_exc())
         return ("failed", 1, f"stage '{name}' broke down ({type(error).__name__}: {error}); {log} has the traceback")

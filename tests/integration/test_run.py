@@ -1,14 +1,11 @@
 """A whole run of a small scenario, through the command line as a person would start it."""
 
-import contextlib
 import json
-import os
 import re
-import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -55,17 +52,16 @@ SAME = [
     *(f"recordings/{name}/samples.csv" for name in ("before", "after", "extended")),
 ]
 
-Armtwin = Callable[..., "subprocess.CompletedProcess[str]"]
+WORKERS_END_S = 5.0
 
 
 def start(*arguments: object) -> "subprocess.Popen[str]":
-    """Start armtwin in a session of its own, so that it can be killed with its workers left behind."""
+    """Start armtwin in a process of its own."""
     return subprocess.Popen(
         [sys.executable, "-c", "from scenarios.cli import main; main()", *map(str, arguments)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        start_new_session=True,
     )
 
 
@@ -207,13 +203,12 @@ def test_the_scenarios_text_is_escaped_in_the_report(run: Path) -> None:
 
 
 def _run_until(exists: Path, scenario: Path, out: Path) -> None:
-    """Start a run and kill it, workers and all, as soon as a file or folder is there."""
+    """Start a run and kill it as soon as a file or folder is there; its workers must end with it."""
     process = start("run", scenario, "--out", out)
     while not exists.exists() and process.poll() is None:
         time.sleep(0.02)
-    with contextlib.suppress(ProcessLookupError):
-        os.killpg(process.pid, signal.SIGKILL)
-    process.communicate()
+    process.kill()
+    process.communicate(timeout=WORKERS_END_S)  # the workers hold our pipes open as long as they live
     assert not (out / "results.json").exists(), "it was done before it could be killed"
 
 
@@ -231,6 +226,41 @@ def test_a_run_killed_three_times_in_the_middle_goes_on_and_ends_with_the_same_b
     for name in SAME:
         assert (out / name).read_bytes() == (run / name).read_bytes(), name
     assert not [path for path in out.rglob(".*") if path.name.endswith((".part", ".old"))]
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    mount = tmp_path / "disk"
+    mount.mkdir()
+    made = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=28m", "tmpfs", str(mount)], capture_output=True)
+    if made.returncode:
+        pytest.skip("a file system cannot be mounted here")
+    yield mount
+    subprocess.run(["umount", str(mount)], check=True)
+
+
+def test_a_full_disk_is_one_line_and_the_run_goes_on_when_there_is_room(
+    run: Path, scenario: Path, small_disk: Path
+) -> None:
+    out = small_disk / "out"
+    first = start("run", scenario, "--out", out)
+    _, errors = first.communicate()
+    assert first.returncode == 1
+    said = [line for line in errors.splitlines() if line.startswith("armtwin: ")]
+    assert len(said) == 1
+    assert "No space left on device in stage" in said[0]
+    assert "Traceback" not in errors
+    assert not [path for path in out.rglob(".*") if path.name.endswith((".part", ".old"))]
+    kept = {path: path.read_bytes() for path in (out / "stages").iterdir()}
+    assert kept, "the disk was too small for one stage"
+
+    subprocess.run(["mount", "-o", "remount,size=200m", str(small_disk)], check=True)
+    again = start("run", scenario, "--out", out)
+    _, errors = again.communicate()
+    assert again.returncode == 0, errors
+    assert {path: path.read_bytes() for path in kept} == kept
+    for name in SAME:
+        assert (out / name).read_bytes() == (run / name).read_bytes(), name
 
 
 def test_a_finished_run_is_not_done_again(run: Path, scenario: Path) -> None:
