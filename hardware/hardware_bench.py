@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 import time
-from types import TracebackType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -142,9 +141,7 @@ class HardwareBench:
         self.connect()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _set_out(self, q: Array) -> None:

@@ -9,7 +9,6 @@ import pty
 import select
 import threading
 import tty
-from types import TracebackType
 
 import numpy as np
 
@@ -77,9 +76,7 @@ class NoisyLine:
         self._thread.start()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self._ending.set()
         self._thread.join()
         self._board.close()
