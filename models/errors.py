@@ -5,6 +5,9 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable
 
+# Names that one line may list; the catalogue of effects is shorter.
+_MOST_NAMES = 40
+
 
 class ArmtwinError(Exception):
     """Base of every error that armtwin raises on purpose; the command line prints it as one line."""
@@ -31,8 +34,11 @@ class RecordingError(InputError):
 
 
 def nearest(name: str, valid: Iterable[str]) -> str:
-    """Return "; did you mean 'x'?" for the valid name nearest to `name`, or the list of valid names."""
+    """Return "; did you mean 'x'?" for the valid name nearest to `name`, or a list of the valid names."""
     names = sorted(valid)
     by_lower = {valid_name.lower(): valid_name for valid_name in names}
     close = difflib.get_close_matches(name.lower(), by_lower, n=1)
-    return f"; did you mean '{by_lower[close[0]]}'?" if close else f"; valid names are {', '.join(names)}"
+    if close:
+        return f"; did you mean '{by_lower[close[0]]}'?"
+    more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
+    return f"; valid names are {', '.join(names[:_MOST_NAMES])}{more}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import math
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -16,6 +15,7 @@ from models.arm import Arm, arm_from_table
 from models.camera import Camera
 from models.errors import InputError, RecordingError, nearest
 from models.recording import OPTIONAL_COLUMNS, Recording
+from models.recording_table import Table
 from models.validation import HEAVIEST_KG, ArmTable, CameraTable, Finite, Strict, check
 
 Array = NDArray[np.float64]
@@ -23,8 +23,6 @@ Array = NDArray[np.float64]
 # A recording of a million poses is about 200 MB; more is no recording of this arm.
 _MAX_JSON_BYTES = 1 << 20
 _MAX_CSV_BYTES = 1 << 28
-# Gross detection errors may lie outside the picture, but not by ten pictures.
-_FAR_OUTSIDE = 10.0
 # No detector finds a marker's centre better than to a millionth of a pixel, or is worth its name beyond a hundred.
 _LEAST_NOISE_PX = 1e-6
 _MOST_NOISE_PX = 100.0
@@ -34,8 +32,6 @@ _FARTHEST_MM = 1e5
 # Beyond these no servo works.
 _COLDEST_C = -100.0
 _HOTTEST_C = 200.0
-# Nothing that is measured comes near it, not even the time of day in microseconds; its square is still a number.
-_LARGEST = 1e18
 
 
 class _RecordingFile(Strict):
@@ -58,7 +54,7 @@ def read_recording(folder: Path, *, unmeasured: bool = False) -> Recording:
     arm = arm_from_table(header.arm)
     columns, rows = _read_rows(folder / "samples.csv")
     _check_columns(columns, arm)
-    table = _Table(columns, rows)
+    table = Table(columns, rows)
     markers = {name: table.pixels(name, header.camera) for name in arm.known_markers if f"{name}_u_px" in columns}
     q_meas = table.angles(arm, "meas", may_be_empty=True) if "theta1_meas_rad" in columns else None
     if not markers and q_meas is None and not unmeasured:
@@ -72,7 +68,7 @@ def read_recording(folder: Path, *, unmeasured: bool = False) -> Recording:
     camera = None if header.camera is None else camera_from_table(header.camera)
     if camera is not None and header.arm_plane_z_mm is not None:
         _check_plane(camera, header.arm_plane_z_mm)
-    trajectory = np.array([row[columns.index("trajectory")] for row in rows], dtype=np.str_)
+    trajectory = table.names("trajectory")
     for name in header.held_out:
         if name not in trajectory:
             raise RecordingError(
@@ -192,107 +188,3 @@ def _check_columns(columns: list[str], arm: Arm) -> None:
     for name in wanted:
         if name not in columns:
             raise RecordingError(f"samples.csv: column '{name}' is missing")
-
-
-class _Table:
-    """The cells of `samples.csv`, converted column by column with the row and column in every message."""
-
-    def __init__(self, columns: list[str], rows: list[list[str]]) -> None:
-        self._columns = columns
-        self._rows = rows
-
-    def numbers(self, name: str, *, may_be_empty: bool = True) -> Array:
-        index = self._columns.index(name)
-        out = np.full(len(self._rows), np.nan)
-        for row, cells in enumerate(self._rows):
-            text = cells[index].strip()
-            if not text:
-                if not may_be_empty:
-                    raise RecordingError(f"{self._at(row, name)}: empty, a number is wanted")
-                continue
-            try:
-                out[row] = float(text)
-            except ValueError:
-                raise RecordingError(f"{self._at(row, name)}: '{text[:40]}' is no number") from None
-            if abs(out[row]) > _LARGEST and math.isfinite(out[row]):
-                raise RecordingError(f"{self._at(row, name)}: '{text[:40]}' is beyond {_LARGEST:g}")
-            if not math.isfinite(out[row]):
-                raise RecordingError(
-                    f"{self._at(row, name)}: '{text}' is not finite; "
-                    + ("leave the cell empty where nothing was measured" if may_be_empty else "a number is wanted")
-                )
-        return out
-
-    def within(self, name: str, low: float, high: float) -> Array:
-        values = self.numbers(name)
-        beyond = np.flatnonzero((values < low) | (values > high))
-        if len(beyond):
-            row = int(beyond[0])
-            raise RecordingError(
-                f"{self._at(row, name)}: found {values[row]:g}, a number from {low:g} to {high:g} is wanted"
-            )
-        return values
-
-    def angles(self, arm: Arm, kind: str, *, may_be_empty: bool) -> Array:
-        names = [f"theta{i + 1}_{kind}_rad" for i in range(arm.n_joints)]
-        q = np.stack([self.numbers(name, may_be_empty=may_be_empty) for name in names], axis=-1)
-        too_large = np.argwhere(np.abs(q) > 2 * np.pi)
-        if len(too_large):
-            row, joint = too_large[0]
-            raise RecordingError(
-                f"{self._at(row, names[joint])}: {q[row, joint]:g} is beyond 2 pi; "
-                "angles are in radians, these look like degrees: multiply by pi/180"
-            )
-        return q
-
-    def pixels(self, name: str, camera: CameraTable | None) -> Array:
-        u, v = (self.numbers(f"{name}_{axis}_px") for axis in "uv")
-        half = np.isfinite(u) != np.isfinite(v)
-        if half.any():
-            row = int(np.argmax(half))
-            raise RecordingError(
-                f"{self._at(row, f'{name}_u_px')}: one of u and v is empty; give both, or neither for an unseen marker"
-            )
-        if camera is not None:
-            size = max(camera.image_width, camera.image_height)
-            far = np.maximum(np.abs(np.nan_to_num(u)), np.abs(np.nan_to_num(v))) > _FAR_OUTSIDE * size
-            if far.any():
-                row = int(np.argmax(far))
-                raise RecordingError(
-                    f"{self._at(row, f'{name}_u_px')}: ({u[row]:g}, {v[row]:g}) is far outside the "
-                    f"{camera.image_width}x{camera.image_height} picture; pixels are wanted"
-                )
-        return np.stack([u, v], axis=-1)
-
-    def samples(self) -> NDArray[np.int64]:
-        index = self._columns.index("sample")
-        out = np.empty(len(self._rows), dtype=np.int64)
-        seen: dict[int, int] = {}
-        for row, cells in enumerate(self._rows):
-            text = cells[index].strip()
-            if not text.isdecimal() or len(text) > 12:
-                raise RecordingError(f"{self._at(row, 'sample')}: '{text[:40]}' is no whole number from 0")
-            number = out[row] = int(text)
-            if number in seen:
-                raise RecordingError(
-                    f"{self._at(row, 'sample')}: sample {number} stands already in line {seen[number] + 2}; "
-                    "number every pose once"
-                )
-            seen[int(number)] = row
-        return out
-
-    def times(self) -> Array:
-        times = self.numbers("time_s")
-        known = np.flatnonzero(np.isfinite(times))
-        back = np.flatnonzero(np.diff(times[known]) < 0)
-        if len(back):
-            row = int(known[back[0] + 1])
-            raise RecordingError(
-                f"{self._at(row, 'time_s')}: time runs backwards, {times[row]:g} s after "
-                f"{times[known[back[0]]]:g} s; rows stand in the order they happened"
-            )
-        return times
-
-    @staticmethod
-    def _at(row: int, name: str) -> str:
-        return f"samples.csv: line {row + 2}, column '{name}'"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
 import numpy as np
@@ -24,6 +25,8 @@ Gravity = Annotated[float, Field(ge=-100.0, le=100.0, allow_inf_nan=False)]
 
 # No arm on a table is shorter than this; a longest link below it was given in metres.
 _SHORTEST_ARM_MM = 2.0
+# A link without length has no direction: what turns it cannot be seen.
+_SHORTEST_LINK_MM = 0.1
 # Table 2 prints its rotation with four digits, so its rows are orthonormal to about 2e-4.
 _ROTATION_TOLERANCE = 2e-3
 
@@ -54,6 +57,13 @@ class ArmTable(Strict):
             raise ValueError(
                 f"link_lengths_mm has a longest link of {max(self.link_lengths_mm):g} mm; "
                 "lengths are in mm, these look like metres: multiply by 1000"
+            )
+        chain = [*self.link_lengths_mm[:2], math.hypot(*self.link_lengths_mm[2:])] if self.name == "planar3" else None
+        short = [k for k, length in enumerate(chain or self.link_lengths_mm) if length < _SHORTEST_LINK_MM]
+        if short:
+            raise ValueError(
+                f"link_lengths_mm: found {self.link_lengths_mm[short[0]]:g} for link {short[0] + 1}, "
+                f"at least {_SHORTEST_LINK_MM:g} is wanted"
             )
         joints = 3 if self.name == "planar3" else n
         if self.link_masses_kg is not None and len(self.link_masses_kg) != joints:

@@ -304,6 +304,21 @@ def test_an_arm_that_nobody_can_build_is_refused(folder, key, value):
     refused(folder, f"recording.json: arm.{key}")
 
 
+def test_a_link_without_length_is_refused(folder):
+    change_header(folder, lambda header: header["arm"].update(link_lengths_mm=[120.0, 0.0, 38.0, 6.73]))
+    refused(folder, "recording.json: arm: link_lengths_mm: found 0 for link 2, at least 0.1 is wanted")
+
+
+@pytest.mark.parametrize("name", ["", "x" * 201, "a\x1b[31mb"])
+def test_a_trajectory_is_named_by_a_few_printable_characters(folder, name):
+    path = folder / "samples.csv"
+    head, first, *rows = path.read_text().splitlines()
+    cells = first.split(",")
+    cells[head.split(",").index("trajectory")] = name
+    path.write_text("\n".join([head, ",".join(cells), *rows]) + "\n")
+    refused(folder, "samples.csv: line 2, column 'trajectory': found ")
+
+
 def test_a_byte_order_mark_before_the_header_does_no_harm(folder):
     path = folder / "recording.json"
     path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
