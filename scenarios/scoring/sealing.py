@@ -11,15 +11,16 @@ from typing import Any
 
 import cv2
 import numpy as np
+from pydantic import BaseModel
 
 from calib.markers import measure_recording
 from models import atomic
 from models.errors import InputError, JobError
 from models.recording import Recording
 from models.recording_writer import write_recording
-from models.validation import check
+from models.validation import Finite, Positive, check
 from models.world import World
-from scenarios.scoring.orders import Order, SealOptions, load_uncatalogued, orders
+from scenarios.scoring.orders import Kind, Order, SealOptions, load_uncatalogued, orders
 from scenarios.scoring.pool import in_processes
 from sim.bench import SimulatedBench
 from sim.observe import POSE_PERIOD_S
@@ -37,6 +38,28 @@ class Task:
     options: SealOptions
     index: int
     order: Order
+
+
+class _HiddenTruth(BaseModel):
+    """What the score reads of a hidden effect."""
+
+    effect: str
+    joint: int | None
+    marker: str | None
+    parameters: dict[str, Any]
+    moved_noises: Finite
+
+
+class _WorldTruth(BaseModel):
+    """What the score reads of a world; further keys are for people."""
+
+    kind: Kind
+    effects: list[_HiddenTruth]
+    n_poses: int
+    noise_px: Positive
+    link_lengths_mm: list[Finite]
+    joint_offsets_rad: list[Finite]
+    base_in_board_mm: tuple[Finite, Finite, Finite]
 
 
 def world_folder(out: Path, index: int) -> Path:
@@ -154,9 +177,10 @@ def read_truth(out: Path) -> dict[str, Any]:
         raise InputError(f"{path}: not JSON ({error})") from None
     if not isinstance(table, dict) or table.get("schema") != SCHEMA or not isinstance(table.get("worlds"), dict):
         raise InputError(f"{path}: key 'schema' is wanted as {SCHEMA}, with 'options' and 'worlds'")
-    for name in table["worlds"]:  # they name folders
+    for name, world in table["worlds"].items():  # the names are those of folders
         if not (name.isascii() and name.isdecimal() and len(name) <= _MOST_DIGITS):
             raise InputError(f"{path}: worlds: found {name[:40]!r}, a number such as 0007 is wanted")
+        check(_WorldTruth, world, f"{path}: worlds.{name}")
     if not table["worlds"]:
         raise JobError(f"{path}: no world was finished; run armtwin seal again with the same options")
     return table

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections import Counter
 from pathlib import Path
 
@@ -149,8 +150,26 @@ def test_a_world_that_names_no_folder_of_the_set_is_refused(tmp_path: Path, worl
         read_truth(tmp_path)
 
 
-def test_a_set_without_its_options_is_not_gone_on_with(tmp_path: Path) -> None:
-    table = {"schema": "armtwin.sealed/1", "worlds": {"0000": {}}}
+@pytest.mark.parametrize(
+    ("world", "said"),
+    [
+        (5, "worlds.0000: a table of keys and values is wanted, found 5"),
+        ({"effects": None}, "worlds.0000: effects: "),
+        ({"effects": [{"effect": "backlash"}]}, "worlds.0000: key 'effects.0.joint' is missing"),
+        ({"noise_px": 0}, "worlds.0000: noise_px: "),
+    ],
+)
+def test_a_truth_that_the_score_cannot_read_is_refused(few: Path, tmp_path: Path, world: object, said: str) -> None:
+    table = json.loads((few / "truth.json").read_text())
+    table["worlds"]["0000"] = table["worlds"]["0000"] | world if isinstance(world, dict) else world
+    (tmp_path / "truth.json").write_text(json.dumps(table))
+    with pytest.raises(InputError, match=re.escape(f"truth.json: {said}")):
+        read_truth(tmp_path)
+
+
+def test_a_set_without_its_options_is_not_gone_on_with(few: Path, tmp_path: Path) -> None:
+    table = json.loads((few / "truth.json").read_text())
+    del table["options"]
     (tmp_path / "truth.json").write_text(json.dumps(table))
     with pytest.raises(InputError, match=r"truth\.json: options: a table of keys and values is wanted"):
         list(seal(tmp_path, FEW, jobs=1))
