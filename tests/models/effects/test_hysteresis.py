@@ -5,7 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from models.effects.registry import Site, effect_named
 from tests.support.contexts import context_of, one_joint, turned
+from tests.support.worlds import flat_world, with_effect
 
 PATHS = st.lists(st.floats(-1.0, 1.0), min_size=2, max_size=30)
 
@@ -41,3 +43,10 @@ def test_after_a_reversal_the_swing_is_turned_over_by_all_but_1_part_in_e_over_i
 def test_a_joint_at_rest_keeps_its_lag() -> None:
     trailing = lag_of([0.0, 0.03, 0.03, 0.03], 0.01, 0.05)
     assert trailing[1] == trailing[2] == trailing[3] > 0.0
+
+
+def test_a_twin_holds_the_shortest_length_that_bristles_can_make() -> None:
+    effect = effect_named("hysteresis")
+    built = effect.built(context_of(), Site(joint=2), np.array([0.02, 0.001, 1.0]))
+    assert built == {"lag_rad": 0.02, "length_rad": pytest.approx(0.05)}
+    with_effect(flat_world(), "hysteresis", built, joint=2)

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from models.effects.registry import Site, effect_named
 from tests.support.contexts import context_of, one_joint, turned
 
 PATHS = st.lists(st.floats(-1.0, 1.0), min_size=2, max_size=20)
@@ -34,3 +35,8 @@ def test_after_twice_the_usual_wait_the_fraction_is_squared_if_waits_matter(wait
     times = np.array([0.0, 1.0, 2.0, 3.0, 5.0])
     context = context_of(one_joint(1, [0.0, 0.0, 0.0, 0.0, 1.0]), time_s=times)
     assert 1.0 - turned("settling_lag", context, [0.3, 0.0, 0.0, waits_matter])[-1, 0] == pytest.approx(left)
+
+
+def test_a_twin_holds_no_overshoot_and_no_timing_of_a_recording() -> None:
+    built = effect_named("settling_lag").built(context_of(), Site(), np.array([0.3, -0.1, 0.0, 1.0]))
+    assert built == {"remaining1": 0.3, "remaining2": 0.0, "remaining3": 0.0}

@@ -298,6 +298,18 @@ def test_joint_angles_without_a_camera_are_diagnosed_too(tmp_path: Path) -> None
     assert read_twin(tmp_path / "out" / "twin.toml").camera is None
 
 
+def test_misread_angles_are_no_part_of_the_twin(tmp_path: Path) -> None:
+    misread = angles(80)
+    assert misread.q_meas is not None
+    q_meas = misread.q_meas.copy()
+    q_meas[[4, 9]] += 0.5
+    write_recording(tmp_path / "angles", replace(misread, q_meas=q_meas))
+    _printed(["diagnose", str(tmp_path / "angles"), "--out", str(tmp_path / "out")])
+    named = {cause["effect"] for cause in json.loads((tmp_path / "out" / "diagnosis.json").read_text())["causes"]}
+    assert "outliers" in named
+    assert "outliers" not in {effect.effect for effect in read_twin(tmp_path / "out" / "twin.toml").effects}
+
+
 def test_poses_from_one_side_only_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     one_way = angles()
     order = np.argsort(one_way.q_cmd[:, 0])
