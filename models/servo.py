@@ -14,7 +14,7 @@ from models.validation import NotNegative, Positive, Strict, check
 NOMINAL_SERVO = Path(__file__).parent / "nominal" / "servo.toml"
 
 # Critically damped these take 2 sqrt(200 x 0.03) = 5 N m s/rad; over a step of 2 ms that is 0.01 kg m2, below 0.03.
-_GENTLE_STIFFNESS_NM_RAD = 200.0
+_GENTLE_STIFFNESS_NM_RAD = 600.0
 _GENTLE_INERTIA_KG_M2 = 0.03
 # Half the nominal approach speed: the loop then slows down at 40 rad/s2, less than a bearing's friction does.
 _GENTLE_SPEED_RAD_S = 1.0
