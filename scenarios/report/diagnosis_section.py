@@ -13,6 +13,8 @@ from scenarios.report.section import Cell, Section, fold, number, prose, table
 # Chapters of the diagnosis' own report that show what is left and what it follows.
 _SHOWN = ("where", "structure")
 _FOLDED = ("considered", "geometry", "next", "notes")
+# Samples that a cell of a table may list.
+_MOST_LISTED = 8
 
 
 def remainder_section(run: RunData) -> Section:
@@ -107,7 +109,14 @@ def _parameter(parameter: dict[str, Any] | None) -> list[Cell]:
             between = f"{_short(interval[0])} to {_short(interval[1])}"
         if truth:
             off = f"{number(100.0 * (value / truth - 1.0), 1)} %"
-    return [parameter["name"], text, between, "–" if truth is None else _short(truth), off]
+    return [parameter["name"], text, between, "–" if truth is None else stated(truth), off]
+
+
+def stated(truth: float | str | list[int]) -> str:
+    """Return a truth as the scenario states it: a number, a marker's name, or samples."""
+    if isinstance(truth, list):
+        return ", ".join(map(str, truth[:_MOST_LISTED])) + (" …" if len(truth) > _MOST_LISTED else "")
+    return truth.upper() if isinstance(truth, str) else _short(truth)
 
 
 def _short(value: float) -> str:
