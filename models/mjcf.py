@@ -29,16 +29,14 @@ from models.units import M_PER_MM
 
 Array = NDArray[np.float64]
 
-# The servo's loop answers in ten of these steps. With twice as long a step a link creeps 1e-4 rad through its play.
-TIMESTEP_S = 0.002
 # Springs beyond the servo are damped to answer in this time, as fast as the servo's loop itself.
 SPRING_TIME_S = 0.020
 # Bodies without weight of their own (link ends) need some for MuJoCo; a sticker's.
 _STICKER_KG = 1e-6
 _STICKER_INERTIA_KG_M2 = 1e-9
-# Constraint stiffness: two time steps, and MuJoCo's hardest impedance, so that friction holds without creep (measured:
-# below 1e-5 rad a pose) and limits give less than 1e-5 rad under the servo's stall torque.
-SOLREF = [2 * TIMESTEP_S, 1.0]
+# Constraint stiffness: two of the finest time steps (MuJoCo allows no less than two of those in use), and its hardest
+# impedance, so that friction holds without creep (measured: below 1e-5 rad a pose) and limits give less than 1e-5 rad under the servo's stall torque.
+SOLREF = [0.002, 1.0]
 SOLIMP = [0.9999, 0.9999, 0.001, 0.5, 2.0]
 # How far beyond the heaviest pose a servo must be able to hold (TowerPro's sheet gives no holding torque).
 _TORQUE_RESERVE = 3.0
@@ -65,7 +63,7 @@ def build_arm(
 
     Links whose number is in `bendable` are cut in three pieces, still rigidly joined.
     """
-    spec = _empty_spec(arm)
+    spec = _empty_spec(arm, servo)
     links = complex_links(arm, deviation) * M_PER_MM
     zeros = arm.zero_pose_rad + (0.0 if deviation is None else deviation.joints_rad)
     masses = link_masses_kg(arm)
@@ -156,11 +154,11 @@ def heaviest_torque_nm(arm: Arm, joint: int = 1) -> float:
     return moment * float(np.hypot(*arm.gravity_m_s2))
 
 
-def _empty_spec(arm: Arm) -> mujoco.MjSpec:
+def _empty_spec(arm: Arm, servo: Servo) -> mujoco.MjSpec:
     spec = mujoco.MjSpec()
     spec.modelname = arm.name
     spec.compiler.degree = False
-    spec.option.timestep = TIMESTEP_S
+    spec.option.timestep = servo.timestep_s
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.gravity = [*arm.gravity_m_s2, 0.0]
     spec.option.disableflags = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)

@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 # So many candidates are fitted in full, the most promising by one linearised step.
 _FULL_FITS = 14
+# A scan is narrowed about its best while that gains, at most so often.
+_REFINEMENTS = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,11 +80,15 @@ def _best_start(data: Data, screen: Screen, effect: Effect, site: Site) -> tuple
     best = best_start(screen, starts)
     if best is None:
         return None
-    finer = [Active(effect, site, values) for values in effect.starts(context, site, best[1].values)]
-    refined = best_start(screen, finer)
-    if refined is not None and refined[0] < best[0]:
+    tried = len(starts)
+    for _ in range(_REFINEMENTS):
+        finer = [Active(effect, site, values) for values in effect.starts(context, site, best[1].values)]
+        refined = best_start(screen, finer)
+        if refined is None or refined[0] >= best[0]:
+            break
+        tried = len(starts) + len(finer)
         best = refined
-    return best[0], best[1], len(starts) + len(finer)
+    return best[0], best[1], tried
 
 
 def _complexity(data: Data, effect: Effect, site: Site, starts: int) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from models.effects.context import Context
 from models.effects.injection import Injected
 from models.effects.registry import Effect, Parameter, Site, Stage
-from models.effects.scan import steps_around
+from models.effects.scan import fan_about
 from models.world import Command, Electronics, World, joint_index
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
 def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
     assert site.joint is not None
     if around is not None:
-        return [np.array([value]) for value in steps_around(float(around[0]), 1.12, 25)]
+        return [np.array([value]) for value in fan_about(float(around[0]), 0.12, 1e-3, 12)]
     moves = np.abs(np.diff(context.q_cmd[:, site.joint - 1]))
     moves = moves[moves > 0]
     if not len(moves):

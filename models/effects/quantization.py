@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from models.effects.context import Context
 from models.effects.injection import Injected
 from models.effects.registry import Effect, Evidence, Parameter, Site, Stage
-from models.effects.scan import steps_around
+from models.effects.scan import fan_about
 from models.world import Command, Electronics, World
 
 Array = NDArray[np.float64]
@@ -26,6 +26,9 @@ _USUAL_STEPS = tuple(np.radians([0.5, 1.0, 2.0, 3.0, 4.0, 5.0])) + tuple(
 _LARGEST_STEP = 0.2
 _SMALLEST_STEP = 1e-3
 _SUGGESTED = 12
+# Of a few hundred commands some lie this much nearer to the middle between two steps than a quarter step.
+_FINEST = 1000.0
+_FAN = 12
 
 
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
@@ -41,7 +44,8 @@ def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
 
 def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
     if around is not None:
-        return [np.array([value]) for value in steps_around(float(around[0]), 1.0 + 0.2 * _tolerance(context), 17)]
+        widest = 0.2 * _tolerance(context)
+        return [np.array([step]) for step in fan_about(float(around[0]), widest, widest / _FINEST, _FAN)]
     return [np.array([step]) for step in _USUAL_STEPS]
 
 

@@ -28,6 +28,10 @@ def event_rows(context: Context, around: float | None, first: int = 1) -> list[f
     return [float(row) for row in np.unique(np.clip(rows, first, last))]
 
 
-def steps_around(value: float, ratio: float, count: int = 9) -> list[float]:
-    """List `count` values about `value`, evenly spaced in ratio, from value / ratio to value * ratio."""
-    return [float(v) for v in value * np.geomspace(1.0 / ratio, ratio, count)]
+def fan_about(value: float, widest: float, finest: float, count: int) -> list[float]:
+    """List `value` and `count` others on either side, off by relative parts spread evenly in ratio.
+
+    A misfit with steps at every scale has its least within a plateau of unknown width: some of these fall inside it.
+    """
+    parts = np.geomspace(finest, widest, count)
+    return [float(v) for v in value * np.concatenate([1.0 - parts[::-1], [1.0], 1.0 + parts])]

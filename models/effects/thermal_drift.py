@@ -52,8 +52,8 @@ _WINDING_SHARE = 0.01
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
     """Let the servo of `joint` warm up from cold; its potentiometer's mount moves with the case's warmth.
 
-    Two heat stores in a row, winding and case: the case settles with about `time_constant_s`, and the zero has then
-    moved by `drift_rad`. Warming starts with the first command.
+    Two heat stores in a row, winding and case. Once the winding is warm, the case settles with `time_constant_s`, and
+    what the zero moves by meanwhile is `drift_rad`. Warming starts with the first command.
     """
     index = joint_index(world, joint)
     drift, time_constant = float(parameters["drift_rad"]), float(parameters["time_constant_s"])

@@ -2,7 +2,6 @@
 
 import json
 import shutil
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from models.camera_files import nominal_camera
 from models.errors import InputError, JobError, RecordingError
 from models.plan import Plan
 from models.recording_reader import read_recording
+from tests.support.disks import mounted
 
 PLAN = Plan(np.array(["a", "a", "b", "b"]), np.linspace(0.0, 0.3, 12).reshape(4, 3), np.zeros(4))
 
@@ -218,13 +218,8 @@ def test_payload_is_a_column_where_the_plan_hangs_one(folder: Path):
 
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
-    mount = tmp_path / "disk"
-    mount.mkdir()
-    made = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=12m", "tmpfs", str(mount)], capture_output=True)
-    if made.returncode:
-        pytest.skip("a file system cannot be mounted here")
-    yield mount
-    subprocess.run(["umount", str(mount)], check=True)
+    with mounted(tmp_path, 12) as disk:
+        yield disk
 
 
 def test_too_small_a_disk_is_refused_before_anything_is_written(small_disk: Path):

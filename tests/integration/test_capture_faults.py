@@ -34,6 +34,7 @@ from models.kinematics import marker_positions
 from models.plan import Plan, write_plan
 from models.recording_reader import read_recording
 from scenarios.emulated_bench import EmulatedBench, paper_world
+from tests.support.disks import mounted
 
 pytestmark = [
     pytest.mark.avr,
@@ -213,13 +214,8 @@ def test_marker_hidden_leaves_its_cells_empty_and_the_others_measured(
 
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
-    mount = tmp_path / "disk"
-    mount.mkdir()
-    made = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=24m", "tmpfs", str(mount)], capture_output=True)
-    if made.returncode:
-        pytest.skip("a file system cannot be mounted here")
-    yield mount
-    subprocess.run(["umount", str(mount)], check=True)
+    with mounted(tmp_path, 24) as disk:
+        yield disk
 
 
 def test_disk_full(emulated: EmulatedBench, setup: BenchSetup, small_disk: Path):

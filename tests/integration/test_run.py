@@ -15,6 +15,7 @@ import pytest
 
 from models.recording_reader import read_recording
 from models.validation import CameraTable, check
+from tests.support.disks import grow, mounted
 
 # One worker of pytest-xdist makes the run that all of these look at.
 pytestmark = [pytest.mark.xdist_group("integration-run"), pytest.mark.slow]
@@ -230,13 +231,8 @@ def test_a_run_killed_three_times_in_the_middle_goes_on_and_ends_with_the_same_b
 
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
-    mount = tmp_path / "disk"
-    mount.mkdir()
-    made = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=28m", "tmpfs", str(mount)], capture_output=True)
-    if made.returncode:
-        pytest.skip("a file system cannot be mounted here")
-    yield mount
-    subprocess.run(["umount", str(mount)], check=True)
+    with mounted(tmp_path, 28) as disk:
+        yield disk
 
 
 def test_a_full_disk_is_one_line_and_the_run_goes_on_when_there_is_room(
@@ -254,7 +250,7 @@ def test_a_full_disk_is_one_line_and_the_run_goes_on_when_there_is_room(
     kept = {path: path.read_bytes() for path in (out / "stages").iterdir()}
     assert kept, "the disk was too small for one stage"
 
-    subprocess.run(["mount", "-o", "remount,size=200m", str(small_disk)], check=True)
+    grow(small_disk, 200)
     again = start("run", scenario, "--out", out)
     _, errors = again.communicate()
     assert again.returncode == 0, errors

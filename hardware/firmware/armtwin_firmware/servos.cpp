@@ -3,16 +3,16 @@
 #include <Arduino.h>
 #include <util/atomic.h>
 
-// Timer1 counts processor cycles, 0 to SLOT - 1, five times in a period. Three slots have the pulse of one servo each, in
-// the other two the next step of a move is made ready:
+// Timer1 counts processor cycles, 0 to SLOT - 1, five times in a period. Three slots have the pulse of one servo each,
+// in the other two the next step of a move is made ready:
 //
 //   0    RISE                 RISE + width   SLOT - 1
 //   |     |-- pulse ------------|               |
 //
 // The interrupt of an edge comes LEAD cycles early and waits for the edge, so that no other interrupt, the longest of
-// which (the clock's) takes some 100 cycles, moves it. Both edges take the same way to the same instruction, which comes
-// the same number of cycles behind the count: a pulse is as long as it was commanded, to the cycle. (In the emulator, 161
-// widths from 500 to 2500 us on each pin, line idle or full: not one of 5796 pulses was a cycle off.)
+// which (the clock's) takes some 100 cycles, moves it. Both edges take the same way to the same instruction, which
+// comes the same number of cycles behind the count: a pulse is as long as it was commanded, to the cycle. (In the
+// emulator, 161 widths from 500 to 2500 us on each pin, line idle or full: not one of 5796 pulses was a cycle off.)
 static const uint16_t CYCLES_PER_TICK = F_CPU / 1000 / TICKS_PER_MS;
 static const uint16_t SLOT = 64000;  // 4 ms: the longest pulse and time to spare
 static const uint8_t SLOTS = (uint32_t)PERIOD_MS * TICKS_PER_MS * CYCLES_PER_TICK / SLOT;

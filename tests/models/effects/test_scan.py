@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from models.effects.scan import event_rows, since, steps_around
+from models.effects.scan import event_rows, fan_about, since
 from tests.support.contexts import context_of
 
 
@@ -19,8 +19,9 @@ def test_events_are_looked_for_at_whole_rows_within_the_recording(n: int) -> Non
     assert all(float(row).is_integer() for row in rows)
 
 
-def test_steps_lie_evenly_in_ratio_about_a_value() -> None:
-    steps = np.array(steps_around(0.02, 1.5, 7))
-    assert steps[0] == pytest.approx(0.02 / 1.5)
-    assert steps[-1] == pytest.approx(0.03)
-    np.testing.assert_allclose(np.diff(np.log(steps)), np.log(1.5) / 3)
+def test_a_fan_reaches_every_scale_about_a_value() -> None:
+    fan = np.array(fan_about(0.02, 0.1, 1e-4, 4))
+    assert fan[4] == 0.02
+    np.testing.assert_allclose(
+        np.abs(fan / 0.02 - 1.0), [0.1, 1e-2, 1e-3, 1e-4, 0.0, 1e-4, 1e-3, 1e-2, 0.1], atol=1e-12
+    )
