@@ -35,7 +35,8 @@ SPRING_TIME_S = 0.020
 _STICKER_KG = 1e-6
 _STICKER_INERTIA_KG_M2 = 1e-9
 # Constraint stiffness: two of the finest time steps (MuJoCo allows no less than two of those in use), and its hardest
-# impedance, so that friction holds without creep (measured: below 1e-5 rad a pose) and limits give less than 1e-5 rad under the servo's stall torque.
+# impedance, so that friction holds without creep (measured: below 1e-5 rad a pose) and limits give less than 1e-5 rad
+# under the servo's stall torque.
 SOLREF = [0.002, 1.0]
 SOLIMP = [0.9999, 0.9999, 0.001, 0.5, 2.0]
 # How far beyond the heaviest pose a servo must be able to hold (TowerPro's sheet gives no holding torque).

@@ -18,7 +18,7 @@ from models.recording import Recording, make_samples
 from models.world import World
 from scenarios.runner.world import build_world, declared_arm
 from scenarios.scenario import ScenarioFile, read_scenario
-from sim.observe import default_clock, make_recording, observe, pixels_of
+from sim.observe import default_clock, make_recording, pixels_of
 from sim.physics.simulation import simulate
 
 # What the sub-pixel detector leaves of a good picture, px: the noise where a recording states none.
@@ -116,14 +116,14 @@ def go_on(world: World, recording: Recording, plan: Plan, rng: Generator) -> Rec
         period = float(np.median(np.diff(recording.time_s))) if n_old > 1 else float(clock[1])
         clock = np.concatenate([recording.time_s, recording.time_s[-1] + period * np.arange(1, len(plan) + 1)])
     span = float(clock[n_old - 1] - clock[0])
-    seen = observe(
+    seen = make_recording(
         world,
-        pixels_of(world, simulate(world, q_cmd, clock, payload), clock, span),
         q_cmd,
         np.concatenate([recording.trajectory, names]),
         clock if recording.has_time else None,
         rng,
         recording.pixel_noise_px or _NOISE_PX,
+        truth_px=pixels_of(world, simulate(world, q_cmd, clock, payload), clock, span),
         markers=tuple(recording.markers_px),
         payload_kg=payload if payload.any() else None,
     )

@@ -58,6 +58,7 @@ def make_recording(
     rng: Generator,
     noise_px: float,
     *,
+    truth_px: dict[str, Array] | None = None,
     held_out: tuple[str, ...] = (),
     markers: Sequence[str] | None = None,
     missing: float = 0.0,
@@ -68,49 +69,19 @@ def make_recording(
 
     `noise_px` is the standard deviation of one pixel coordinate, `missing` the share of sightings that are lost,
     `markers` those that are looked for (default: all on the axes and the tip). The arm moves at `time_s` or, where
-    that is None, every `POSE_PERIOD_S`, and the recording then has no times.
+    that is None, every `POSE_PERIOD_S`, and the recording then has no times. `truth_px` are the true pixels
+    (`pixels_of`) where that has been done before.
     """
-    clock = default_clock(len(q_cmd)) if time_s is None else time_s
-    truth = pixels_of(world, simulate(world, q_cmd, clock, payload_kg), clock)
-    return observe(
-        world,
-        truth,
-        q_cmd,
-        trajectory,
-        time_s,
-        rng,
-        noise_px,
-        held_out=held_out,
-        markers=markers,
-        missing=missing,
-        payload_kg=payload_kg,
-        declare_noise=declare_noise,
-    )
-
-
-def observe(
-    world: World,
-    truth_px: dict[str, Array],
-    q_cmd: Array,
-    trajectory: Sequence[str] | NDArray[np.str_],
-    time_s: Array | None,
-    rng: Generator,
-    noise_px: float,
-    *,
-    held_out: tuple[str, ...] = (),
-    markers: Sequence[str] | None = None,
-    missing: float = 0.0,
-    payload_kg: Array | None = None,
-    declare_noise: bool = True,
-) -> Recording:
-    """Return the recording that detection makes of the true pixels; parameters as for `make_recording`."""
+    n = len(q_cmd)
+    if truth_px is None:
+        clock = default_clock(n) if time_s is None else time_s
+        truth_px = pixels_of(world, simulate(world, q_cmd, clock, payload_kg), clock)
     seen = {}
     for name in world.arm.marker_names if markers is None else markers:
         seen[name] = truth_px[name] + noise_px * rng.standard_normal(truth_px[name].shape)
-        seen[name][rng.random(len(q_cmd)) < missing] = np.nan
+        seen[name][rng.random(n) < missing] = np.nan
     for detection in world.detections:
         seen = detection(seen, rng)
-    n = len(q_cmd)
     return Recording(
         arm=world.arm,
         sample=make_samples(n),

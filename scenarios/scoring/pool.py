@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from typing import TypeVar
 
+from scenarios.processes import end_with_parent
+
 Key = TypeVar("Key")
 Task = TypeVar("Task")
 Result = TypeVar("Result")
@@ -24,7 +26,7 @@ def in_processes(
     Processes are spawned, not forked: a fork after an OpenGL context exists hangs.
     """
     os.environ.update(_ONE_THREAD)  # the processes inherit it before they load their linear algebra
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
+    with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), end_with_parent) as pool:
         pending: dict[Future[Result], Key] = {pool.submit(function, task): key for key, task in tasks}
         try:
             for future in as_completed(pending):

@@ -151,12 +151,13 @@ def _by_measured_noise(truth: dict[str, Any], recording: Recording) -> dict[str,
 def _begin(out: Path, options: SealOptions) -> dict[str, Any]:
     """Return the truth of the worlds that are there already."""
     if not (out / "truth.json").is_file():
-        if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        if out.exists() and (not out.is_dir() or set(out.iterdir()) - set(atomic.leftovers(out))):
             raise InputError(f"{out}: holds no sealed worlds and is not empty; choose another --out")
-        return {}
-    table = read_truth(out)
+        _write_truth(out, options, {})  # so that a set killed in its first world is known for one
+    table = _read_table(out)
     if check(SealOptions, table.get("options"), f"{out / 'truth.json'}: options") != options:
         raise InputError(f"{out}: holds worlds that were sealed with other options; choose another --out")
+    atomic.clear_leftovers(out)
     worlds: dict[str, Any] = table["worlds"]
     return worlds
 
@@ -167,7 +168,14 @@ def _write_truth(out: Path, options: SealOptions, worlds: dict[str, Any]) -> Non
 
 
 def read_truth(out: Path) -> dict[str, Any]:
-    """Read a set's truth; raises `InputError`."""
+    """Read a set's truth; raises `InputError`, and `JobError` where no world was finished."""
+    table = _read_table(out)
+    if not table["worlds"]:
+        raise JobError(f"{out / 'truth.json'}: no world was finished; run armtwin seal again with the same options")
+    return table
+
+
+def _read_table(out: Path) -> dict[str, Any]:
     path = out / "truth.json"
     if not path.is_file():
         raise InputError(f"{out}: holds no truth.json; make sealed worlds with armtwin seal --out {out}")
@@ -181,6 +189,4 @@ def read_truth(out: Path) -> dict[str, Any]:
         if not (name.isascii() and name.isdecimal() and len(name) <= _MOST_DIGITS):
             raise InputError(f"{path}: worlds: found {name[:40]!r}, a number such as 0007 is wanted")
         check(_WorldTruth, world, f"{path}: worlds.{name}")
-    if not table["worlds"]:
-        raise JobError(f"{path}: no world was finished; run armtwin seal again with the same options")
     return table

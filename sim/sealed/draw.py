@@ -17,7 +17,7 @@ from models.errors import JobError
 from models.kinematics import Deviation
 from models.recording import Recording
 from models.world import World, ideal_world
-from sim.observe import observe
+from sim.observe import make_recording
 from sim.sealed.displacement import Scene, moved_px
 from sim.sealed.plans import draw_plan
 from sim.sealed.ranges import GAUGE, NEEDS_GRAVITY, NEEDS_MARKERS, NEEDS_TIME, Hidden, draw_hidden
@@ -174,14 +174,14 @@ def _record(
 def record(rng: Generator, world: World, scene: Scene, missing: float = 0.0) -> Recording:
     """Record a world on a scene, with its noise, and with a share `missing` of the sightings lost."""
     plan = scene.plan
-    return observe(
+    return make_recording(
         world,
-        scene.pixels(world),
         plan.q_cmd,
         plan.trajectory,
         scene.clock if scene.timed else None,
         rng,
         scene.noise_px,
+        truth_px=scene.pixels(world),
         held_out=scene.held_out,
         markers=scene.markers,
         missing=missing,

@@ -113,6 +113,18 @@ def test_a_set_that_broke_off_is_gone_on_with(few: Path, tmp_path: Path) -> None
     assert read_truth(out)["worlds"] == read_truth(few)["worlds"]
 
 
+def test_a_set_killed_in_its_first_world_is_gone_on_with(few: Path, tmp_path: Path) -> None:
+    first = seal(tmp_path / "out", FEW, jobs=1)
+    next(first)
+    first.close()
+    truth = tmp_path / "out" / "truth.json"
+    truth.write_text(json.dumps({**json.loads(truth.read_text()), "worlds": {}}))  # as it is begun
+    (tmp_path / "out" / "worlds" / ".0001.abc.part").mkdir()
+    assert sorted(seal(tmp_path / "out", FEW, jobs=1)) == [0, 1]
+    assert read_truth(tmp_path / "out") == read_truth(few)
+    assert not list(tmp_path.rglob(".*"))
+
+
 def test_a_folder_of_another_set_is_refused(few: Path) -> None:
     with pytest.raises(InputError, match="other options"):
         list(seal(few, SealOptions(n=2, seed=5), jobs=1))
