@@ -38,8 +38,6 @@ _PLAIN_NOISE = 2.0
 _PLAIN_TREND = 0.3
 # One flipped step of a threshold effect outweighs a hundred poses, so the worst poses do not count in these shares.
 _WORST_POSES = 0.05
-# Gross errors that make less than this share of all misfit are left out, but are no cause worth naming.
-_GROSS_PERCENT = 2.0
 # Values beyond the number of parameters without which nothing can be decided.
 _SPARE_VALUES = 8
 
@@ -99,8 +97,7 @@ def diagnose(recording: Recording, progress: Callable[[str], None] = lambda _: N
     after = tuple(trends(data, final))
     spread = uncertainty(data, final)
     causes = tuple(_named(explanation, cause, spread.effects_std) for cause in explanation.causes)
-    found = [_found(active, explanation) for active in explanation.found]
-    causes += tuple(c for c in found if c.active.effect.name != "outliers" or c.explained_percent > _GROSS_PERCENT)
+    causes += tuple(_found(active, explanation) for active in explanation.found)
     verdict = _verdict(explanation, after, causes)
     if verdict == "unknown" and not after:
         after = (louder_than_noise(data, final),)

@@ -43,6 +43,8 @@ _FELT = 0.5
 _CLEARLY_QUIETER = 0.85
 # An effect that leaves less than this share of the excess explains points that look like gross errors, too.
 _FEW_LEFT = 0.2
+# Repairs of one model at most.
+_REPAIRS = 3
 # Points beyond this many standard deviations of what the geometry leaves do not pull on it.
 _CAP = 6.0
 
@@ -94,7 +96,7 @@ def search(
     repaired = repair(raw, geometric)
     if repaired.found and _explained_without_repair(raw, geometric):
         repaired = Repaired(raw, ())
-    data, base = _refit(repaired, geometric)
+    repaired, data, base = _repaired_again(raw, repaired, geometric)
     considered: list[Candidate] = []
     while len(base.effects) < _MOST_EFFECTS:
         progress(f"looking for cause {len(base.effects) + 1}")
@@ -106,8 +108,7 @@ def search(
             continue
         if not considered or not _accepted(data, base, considered[0], geometric.g):
             break
-        repaired = repair(raw, considered[0].fit)
-        data, base = _refit(repaired, considered[0].fit)
+        repaired, data, base = _repaired_again(raw, repair(raw, considered[0].fit), considered[0].fit)
     base, equivalents = settle(data, base, progress)
     return _explanation(data, raw, base, repaired, equivalents, considered)
 
@@ -153,6 +154,22 @@ def _refit(repaired: Repaired, base: Fit) -> tuple[Data, Fit]:
     """Return repaired data whose terms know the model's links, and the model refitted to them."""
     data = replace(repaired.data, problem=repaired.data.problem.with_links(base.g))
     return data, fit(data, base.g, base.effects)
+
+
+def _repaired_again(raw: Data, repaired: Repaired, model: Fit) -> tuple[Repaired, Data, Fit]:
+    """Refit to repaired data, and repair by that fit, until the same is found: errors hide behind what they distort."""
+    data, base = _refit(repaired, model)
+    for _ in range(_REPAIRS if repaired.found else 0):
+        again = repair(raw, base)
+        if _same(again.found, repaired.found):
+            break
+        repaired = again
+        data, base = _refit(repaired, base)
+    return repaired, data, base
+
+
+def _same(one: tuple[Active, ...], other: tuple[Active, ...]) -> bool:
+    return [(a.key, a.values.tolist()) for a in one] == [(a.key, a.values.tolist()) for a in other]
 
 
 def p_value_of(data: Data, without: Fit, candidate: Candidate) -> float:

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.diagnosis.fit import Data, Fit, difference_step
+from calib.diagnosis.fit import Data, Fit, difference_step, point_misfit
 from models.effects.predict import Active
 from models.effects.registry import Parameter
+from models.effects.scan import fan_about
 
 Array = NDArray[np.float64]
 
+# Relative distances at which the likelihood of a scanned value is looked at.
+_WIDEST, _FINEST, _FAN = 0.5, 1e-6, 40
 # Deviance by which a scanned parameter's value is still within one standard deviation.
 _ONE_STD = 1.0
 
@@ -91,24 +95,37 @@ def _with(effects: tuple[Active, ...], index: int, k: int, step: float) -> list[
 
 
 def _scanned_std(data: Data, model: Fit, index: int, k: int, parameter: Parameter) -> float:
-    """Half width of the values that the data do not refuse, found by doubling steps away from the fitted one."""
+    """Standard deviation of a parameter that was found by a scan: of whole numbers, or of values on a continuum."""
     low, high = parameter.bounds
     fitted = float(model.effects[index].values[k])
+
+    def misfit(step: float) -> float:
+        residual = data.problem.observed - data.problem.predict(model.g, _with(model.effects, index, k, step))
+        return float(point_misfit(data, residual).sum()) - float(model.misfit.sum())
+
     whole = high - low >= 2 and fitted.is_integer()
-    least = 1.0 if whole else 1e-4 * max(abs(fitted), 1e-6)
+    if whole or fitted == 0.0:
+        return _whole_std(misfit, fitted, (low, high), 1.0 if whole else 1e-6)
+    return _step_std(misfit, fitted, (low, high))
+
+
+def _whole_std(misfit: Callable[[float], float], fitted: float, bounds: tuple[float, float], least: float) -> float:
+    """Half width of the values that the data do not refuse, found by longer and longer steps away from the fitted."""
     reach = []
     for sign in (-1.0, 1.0):
         step, last = least, 0.0
-        while low <= fitted + sign * step <= high:
-            residual = data.problem.observed - data.problem.predict(
-                model.g, _with(model.effects, index, k, sign * step)
-            )
-            squares = np.nansum(residual * residual, axis=-1) / data.noise**2
-            if float(squares[data.counts].sum()) - float(model.misfit.sum()) > _ONE_STD:
-                break
-            last, step = step, 1.5 * step
-            if whole:
-                step = float(np.ceil(step))
+        while bounds[0] <= fitted + sign * step <= bounds[1] and misfit(sign * step) <= _ONE_STD:
+            last, step = step, float(np.ceil(1.5 * step / least)) * least
         reach.append(max(last, 0.5 * least))
     # A parameter that may lie anywhere in an interval has its width over sqrt(12) as standard deviation.
     return (reach[0] + reach[1]) / float(np.sqrt(12.0))
+
+
+def _step_std(misfit: Callable[[float], float], fitted: float, bounds: tuple[float, float]) -> float:
+    """Root mean square distance from the fitted value under the likelihood, which has steps at every scale."""
+    values = np.array(fan_about(fitted, _WIDEST, _FINEST, _FAN))
+    values = values[(values >= bounds[0]) & (values <= bounds[1])]
+    likelihood = np.exp(-0.5 * np.array([misfit(float(value) - fitted) for value in values]).clip(0.0))
+    weight = float(np.trapezoid(likelihood, values))
+    spread = float(np.trapezoid(likelihood * (values - fitted) ** 2, values))
+    return float(np.sqrt(spread / weight))

@@ -29,8 +29,9 @@ def find(context: Context, view: View) -> list[tuple[Site, Array]]:
     for first, second in combinations(range(len(context.markers)), 2):
         a, b = view.observed[:, first], view.observed[:, second]
         p, q = view.predicted[:, first], view.predicted[:, second]
-        own = np.minimum(view.misfit(a, p), view.misfit(b, q))
-        crossed = np.maximum(view.misfit(a, q), view.misfit(b, p))
+        # Where one of the two was not seen, the other tells alone.
+        own = np.fmin(view.misfit(a, p), view.misfit(b, q))
+        crossed = np.fmax(view.misfit(a, q), view.misfit(b, p))
         rows = np.flatnonzero((own > _MISSES) & (crossed < _PART * own))
         if len(rows):
             found.append((Site(marker=context.markers[first]), np.array([second, *rows], dtype=float)))

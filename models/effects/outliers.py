@@ -29,25 +29,52 @@ def find(context: Context, view: View) -> list[tuple[Site, Array]]:
     residual = view.observed - view.predicted
     rows = [
         (row, column)
-        for row, column in np.argwhere(misfit > _GROSS)
-        if _calm_in_time(misfit, int(row), int(column)) and _alone_in_frame(misfit, residual, int(row), int(column))
+        for row, column in np.argwhere(misfit > _GROSS).tolist()
+        if _calm_in_time(misfit, row, column)
+        and _alone_in_frame(misfit, residual, row, column)
+        and not _turned(context, view, row, column)
     ]
     return [(Site(), np.array(rows, dtype=float).ravel())] if rows else []
 
 
 def _calm_in_time(misfit: Array, row: int, column: int) -> bool:
-    """Whether the same marker is where it should be just before and after."""
+    """Whether the same marker is where it should be in half of the frames just before and after."""
     around = misfit[max(0, row - 2) : row + 3, column].copy()
     around[min(row, 2)] = np.nan
-    return not np.isfinite(around).any() or bool(np.nanmedian(around) < _CALM)
+    around = around[np.isfinite(around)]
+    return bool((around < _CALM).sum() >= 0.5 * len(around))
 
 
 def _alone_in_frame(misfit: Array, residual: Array, row: int, column: int) -> bool:
-    """Whether no other marker in the frame is off by much the same: what moves the arm moves several markers alike."""
+    """Whether at most one other marker in the frame is off, and not by much the same: the arm takes several along."""
     others = np.delete(np.arange(misfit.shape[1]), column)
     off = others[np.nan_to_num(misfit[row, others]) > _CALM]
+    if len(off) > 1:
+        return False
     alike = np.linalg.norm(residual[row, off] - residual[row, column], axis=-1)
     return not bool((alike < _ALIKE * np.linalg.norm(residual[row, column])).any())
+
+
+def _turned(context: Context, view: View, row: int, column: int) -> bool:
+    """Whether the turn of one joint would move this marker so, and no other that was seen: a step of the servo."""
+    if view.observed.shape[-1] != 2:
+        return False
+    place = {name: k for k, name in enumerate(context.markers)}
+    chain = context.arm.marker_names
+    own = context.markers[column]
+    index = chain.index(own) if own in chain else len(chain) - 1
+    seen = np.isfinite(view.observed[row]).all(axis=-1)
+    residual = view.observed[row, column] - view.predicted[row, column]
+    for hinge in range(index - 1, -1, -1):  # joint hinge + 1 turns about marker chain[hinge]
+        moved = [place[name] for name in chain[hinge + 1 :] if name in place and name != own]
+        if any(seen[k] for k in moved):
+            return False  # so would this have moved, and of those beyond it
+        if chain[hinge] in place:
+            lever = view.predicted[row, column] - view.predicted[row, place[chain[hinge]]]
+            along = abs(float(residual @ lever)) / max(float(np.linalg.norm(lever)), 1e-9)
+            if along < _CALM * view.scale:
+                return True
+    return False
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:

@@ -88,7 +88,7 @@ _MOVES_THE_ARM = ("servo", "deviation", "electronics", "mechanics", "events", "c
 def moved_px(scene: Scene, world: World, seed: int, beyond_geometry: bool = True) -> float:
     """RMS displacement, px, of the marker that an effect moves most, over the poses that it touches.
 
-    With `beyond_geometry` what lengths, joint zeros and the base's place can take up is taken off first. `seed` is
+    Held-out poses do not count: what shows in them alone nobody is asked to find. With `beyond_geometry` what lengths, joint zeros and the base's place can take up is taken off first. `seed` is
     that of the faults of detection, which are drawn.
     """
     seen = {name: points for name, points in scene.pixels(world).items() if name in scene.markers}
@@ -96,10 +96,11 @@ def moved_px(scene: Scene, world: World, seed: int, beyond_geometry: bool = True
     for detection in world.detections:
         seen = detection(seen, rng)
     without = _best_geometry(scene, seen) if beyond_geometry else scene.truth_px
+    shown = ~np.isin(scene.plan.trajectory, scene.held_out)
     most = 0.0
     for name, points in seen.items():
         distance = np.linalg.norm(points - without[name], axis=1)
-        distance = distance[np.isfinite(distance)]
+        distance = distance[np.isfinite(distance) & shown]
         if distance.size and distance.max() > 0.0:
             touched = distance[distance > _TOUCHED * distance.max()]
             most = max(most, float(np.sqrt(np.mean(touched**2))))
