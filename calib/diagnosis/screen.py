@@ -41,8 +41,11 @@ class Screen:
         residual = np.where(counts[..., None], problem.observed - predicted, 0.0) / data.noise
         by_joint = np.where(counts[..., None, None], problem.jacobian_by_joint(base.g, self._q), 0.0) / data.noise
         by_g = np.where(counts[..., None, None], by_g, 0.0) / data.noise
+        sent = [active for active in base.effects if active.effect.stage == Stage.COMMAND]
         self.evidence = Evidence(
-            np.einsum("nmdj,nmd->nj", by_joint, residual), np.einsum("nmdj,nmdk->njk", by_joint, by_joint)
+            np.einsum("nmdj,nmd->nj", by_joint, residual),
+            np.einsum("nmdj,nmdk->njk", by_joint, by_joint),
+            joint_angles(problem.context, sent),
         )
         self._coupling = np.einsum("nmdg,nmdj->gnj", by_g, by_joint).reshape(by_g.shape[-1], -1)
         self._squares = float((residual * residual).sum())

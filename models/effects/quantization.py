@@ -24,7 +24,7 @@ _USUAL_STEPS = tuple(np.radians([0.5, 1.0, 2.0, 3.0, 4.0, 5.0])) + tuple(
 
 
 _LARGEST_STEP = 0.2
-_SMALLEST_STEP = 1e-3
+_SMALLEST_STEP = 3e-4
 _SUGGESTED = 12
 # Of a few hundred commands some lie this much nearer to the middle between two steps than a quarter step.
 _FINEST = 1000.0
@@ -62,7 +62,7 @@ def _screen(context: Context, site: Site, evidence: Evidence) -> Iterable[Array]
         # The next step shifts the grid by a quarter of itself at the largest command.
         steps.append(steps[-1] / (1.0 + 0.25 * steps[-1] / widest))
     grid = np.array(steps)
-    changes = np.concatenate([evidence.change(_errors(context.q_cmd, part)) for part in np.array_split(grid, 64)])
+    changes = np.concatenate([evidence.change(_errors(evidence.commands, part)) for part in np.array_split(grid, 64)])
     return [np.array([grid[index]]) for index in np.argsort(changes)[:_SUGGESTED]]
 
 

@@ -109,11 +109,12 @@ class View:
 class Evidence:
     """What a residual says of the joint angles: to add dq (N, n) changes the deviance by -2 pull dq + dq stiffness dq.
 
-    `pull` is (N, n) per rad, `stiffness` (N, n, n) per rad^2.
+    `pull` is (N, n) per rad, `stiffness` (N, n, n) per rad^2; `commands` (N, n) are what the present model sends, rad.
     """
 
     pull: Array
     stiffness: Array
+    commands: Array
 
     def change(self, dq: Array) -> Array:
         """(S,) change of the deviance by each of S departures dq (S, N, n)."""

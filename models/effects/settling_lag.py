@@ -56,7 +56,7 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
         return []
     n = context.arm.n_joints
     waits = (0.0,) if np.ptp(context.relative_waits[1:]) < 1e-6 else (0.0, 1.0)
-    return [np.array([*np.full(n, fraction), wait]) for fraction in (0.05, 0.4) for wait in waits]
+    return [np.array([*np.full(n, fraction), wait]) for fraction in (0.003, 0.05, 0.4) for wait in waits]
 
 
 # --- how the simulated bench makes it ---
