@@ -31,8 +31,10 @@ _LOUD = 1.5
 # What hides well below the declared noise may follow anything: the declaration says that it does not matter.
 _HEARD = 0.5
 # No term has exactly the world's form, but a model that leaves more than this share of what there was to explain has
-# not found the cause; nor has one that leaves a lesser share, well above the noise, that plainly follows something.
+# not found the cause; nor has one that leaves a lesser share that follows something, or a still lesser one, well above
+# the noise, that plainly does.
 _LEFT_SHARE = 0.1
+_FOLLOWING_SHARE = 0.035
 _PLAIN_SHARE = 0.025
 _PLAIN_NOISE = 2.0
 _PLAIN_TREND = 0.3
@@ -147,7 +149,8 @@ def _verdict(explanation: Explanation, after: tuple[Trend, ...], causes: tuple[N
     before = _without_worst(explanation.geometric.misfit, explanation)
     left = max(reduced - 1.0, 0.0) / max(before - 1.0, 1e-9)
     plain = left > _PLAIN_SHARE and reduced > _PLAIN_NOISE and any(trend.share > _PLAIN_TREND for trend in after)
-    if plain or (left > _LEFT_SHARE and (after or reduced > _LOUD)):
+    following = left > _FOLLOWING_SHARE and bool(after)
+    if plain or following or (left > _LEFT_SHARE and reduced > _LOUD):
         return "unknown"
     return "ambiguous" if any(cause.equivalents for cause in causes) else "named"
 

@@ -159,7 +159,7 @@ def _solve(
     weights: Array,
     damping: float,
 ) -> Array:
-    """Step (p,) of the damped normal equations with the priors; a parameter that pushes out of its bounds is held there."""
+    """Step (p,) of the damped normal equations with the priors; what pushes out of its bounds is held there."""
     offsets, precisions = [problem.nominal - state.g], [problem.prior_std**-2.0]
     room = [np.full((len(state.g), 2), [-np.inf, np.inf])]
     for active, of, which in zip(state.effects, parameters, free, strict=True):

@@ -110,6 +110,9 @@ def search(
             break
         repaired, data, base = _repaired_again(raw, repair(raw, considered[0].fit), considered[0].fit)
     base, equivalents = settle(data, base, progress)
+    needed = _needed(data, base)
+    if len(needed.effects) < len(base.effects):
+        base, equivalents = settle(data, needed, progress)
     return _explanation(data, raw, base, repaired, equivalents, considered)
 
 
@@ -198,9 +201,25 @@ def _accepted(data: Data, base: Fit, candidate: Candidate, g: Array) -> bool:
         return gain > _FIRST_SHARE * excess_of(data, base)
     if gain <= _FURTHER_SHARE * excess_of(data, base):
         return False
+    return _weighs(data, candidate.fit, gain, g)
+
+
+def _weighs(data: Data, model: Fit, gain: float, g: Array) -> bool:
+    """Whether one of several causes of a model is worth its name by what it gains."""
     at_first = excess_of(data, fit(data, g, ()))
-    reduced = float(candidate.fit.misfit.sum()) / degrees_of_freedom(data, candidate.fit)
+    reduced = float(model.misfit.sum()) / degrees_of_freedom(data, model)
     return gain > _LEAST_OF_ALL * at_first or (reduced < _QUIET and gain > _FELT * data.n_values)
+
+
+def _needed(data: Data, model: Fit) -> Fit:
+    """Return the model without the causes that no longer weigh once the others have settled."""
+    while len(model.effects) > 1:
+        without = [fit(data, model.g, (*model.effects[:k], *model.effects[k + 1 :])) for k in range(len(model.effects))]
+        least = min(without, key=lambda rest: float(rest.misfit.sum()))
+        if _weighs(data, model, float(least.misfit.sum() - model.misfit.sum()), model.g):
+            break
+        model = least
+    return model
 
 
 def _explanation(
