@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 
 # Rows that an effect moves by less than this share of its most are rows that it does not touch (single events).
 _TOUCHED = 0.1
+# An effect that shows in a single pose is an anecdote, which no statistics can tell from bad luck.
+_FEWEST_TOUCHED = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,8 +90,9 @@ _MOVES_THE_ARM = ("servo", "deviation", "electronics", "mechanics", "events", "c
 def moved_px(scene: Scene, world: World, seed: int, beyond_geometry: bool = True) -> float:
     """RMS displacement, px, of the marker that an effect moves most, over the poses that it touches.
 
-    Held-out poses do not count: what shows in them alone nobody is asked to find. With `beyond_geometry` what lengths, joint zeros and the base's place can take up is taken off first. `seed` is
-    that of the faults of detection, which are drawn.
+    An effect that touches too few poses moves nothing. Held-out poses do not count: what shows in them alone nobody is
+    asked to find. With `beyond_geometry` what lengths, joint zeros and the base's place can take up is taken off first.
+    `seed` is that of the faults of detection, which are drawn.
     """
     seen = {name: points for name, points in scene.pixels(world).items() if name in scene.markers}
     rng = np.random.default_rng(seed)
@@ -101,8 +104,10 @@ def moved_px(scene: Scene, world: World, seed: int, beyond_geometry: bool = True
     for name, points in seen.items():
         distance = np.linalg.norm(points - without[name], axis=1)
         distance = distance[np.isfinite(distance) & shown]
-        if distance.size and distance.max() > 0.0:
-            touched = distance[distance > _TOUCHED * distance.max()]
+        if not distance.size or distance.max() == 0.0:
+            continue
+        touched = distance[distance > _TOUCHED * distance.max()]
+        if len(touched) >= _FEWEST_TOUCHED:
             most = max(most, float(np.sqrt(np.mean(touched**2))))
     return most
 

@@ -144,7 +144,7 @@ def _settling_lag(rng: Generator, s: Situation) -> Hidden:
 
 def _missed_command(rng: Generator, s: Situation) -> Hidden:
     # Of the commands that would have moved the markers about as far as wanted, some are lost.
-    count = int(rng.integers(2, max(3, round(0.04 * s.n_poses)) + 1))
+    count = int(rng.integers(3, max(4, round(0.04 * s.n_poses)) + 1))
     far = np.abs(np.log(np.maximum(s.steps_px[1:], 1e-9) / s.target_px))
     samples: list[int] = []
     for row in rng.permutation(1 + np.argsort(far)[: 6 * count]):
@@ -206,7 +206,7 @@ def _marker_offset(rng: Generator, s: Situation) -> Hidden:
 
 def _marker_swap(rng: Generator, s: Situation) -> Hidden:
     k = int(rng.integers(1, len(s.markers)))
-    count = int(rng.integers(2, max(3, round(0.06 * s.n_poses)) + 1))
+    count = int(rng.integers(3, max(4, round(0.06 * s.n_poses)) + 1))
     samples = sorted(int(row) for row in rng.choice(s.n_poses, size=count, replace=False))
     return Hidden(lambda a: {"samples": samples, "other": s.markers[k]}, 1.0, 1.0, marker=s.markers[k - 1])
 

@@ -25,9 +25,23 @@ def test_geometry_takes_up_what_is_the_same_at_all_poses(stage) -> None:  # type
 
 def test_an_event_counts_over_the_poses_that_it_touches(stage) -> None:  # type: ignore[no-untyped-def]
     bench, scene = stage
-    swapped = hide(bench, "marker_swap", Hidden(lambda a: {"samples": [4], "other": "c"}, 1, 1, marker="b"), 1.0)
-    apart = np.linalg.norm(scene.truth_px["b"][4] - scene.truth_px["c"][4])
-    assert moved_px(scene, swapped, 0) == pytest.approx(apart, rel=0.05)
+    apart = np.linalg.norm(scene.truth_px["b"][4:6] - scene.truth_px["c"][4:6], axis=1)
+    assert moved_px(scene, _swapped(bench, [4, 5]), 0) == pytest.approx(np.sqrt(np.mean(apart**2)), rel=0.05)
+
+
+def test_an_event_at_one_pose_alone_does_not_count(stage) -> None:  # type: ignore[no-untyped-def]
+    bench, scene = stage
+    assert moved_px(scene, _swapped(bench, [4]), 0) < 0.1  # of some hundred
+
+
+def test_held_out_poses_do_not_count(stage) -> None:  # type: ignore[no-untyped-def]
+    bench, scene = stage
+    held = np.flatnonzero(np.isin(scene.plan.trajectory, scene.held_out)).tolist()
+    assert moved_px(scene, _swapped(bench, held), 0, beyond_geometry=False) == 0.0
+
+
+def _swapped(bench, samples: list[int]):  # type: ignore[no-untyped-def]
+    return hide(bench, "marker_swap", Hidden(lambda a: {"samples": samples, "other": "c"}, 1, 1, marker="b"), 1.0)
 
 
 def test_a_joints_jump_moves_the_markers_beyond_it(stage) -> None:  # type: ignore[no-untyped-def]
