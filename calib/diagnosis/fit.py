@@ -72,7 +72,9 @@ def fit(data: Data, g: Array, effects: Sequence[Active], iterations: int = _ITER
         J, r, weights = _linearise(data, state, parameters, free)
         better = None
         for damping, scale in _TRIALS:
-            step = _solve(problem, state, parameters, free, J, r, weights, damping)
+            step, promised = _solve(problem, state, parameters, free, J, r, weights, damping)
+            if promised < _CONVERGED:
+                return state
             trial = evaluate(data, *_moved(state, parameters, free, scale * step), parameters)
             if trial.deviance < state.deviance:
                 better = trial
@@ -158,8 +160,11 @@ def _solve(
     r: Array,
     weights: Array,
     damping: float,
-) -> Array:
-    """Step (p,) of the damped normal equations with the priors; what pushes out of its bounds is held there."""
+) -> tuple[Array, float]:
+    """Step (p,) of the damped normal equations with the priors, and the gain in deviance that it promises.
+
+    What pushes out of its bounds is held there.
+    """
     offsets, precisions = [problem.nominal - state.g], [problem.prior_std**-2.0]
     room = [np.full((len(state.g), 2), [-np.inf, np.inf])]
     for active, of, which in zip(state.effects, parameters, free, strict=True):
@@ -180,7 +185,7 @@ def _solve(
         if not outward.any():
             break
         held |= outward
-    return step
+    return step, float(b @ step)
 
 
 def _reduced_step(A: Array, b: Array, held: Bool) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from models.effects.registry import View, effect_named
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]
+Channels = TypeVar("Channels", Array, Bool)
 
 # Nine of ten values of Gaussian noise lie within so many standard deviations.
 _NINETY_PERCENT = 1.645
@@ -46,7 +48,8 @@ def repair(data: Data, model: Fit) -> Repaired:
         for site, values in swap.find(data.problem.context, _view(data, model)):
             found.append(Active(swap, site, values))
             observed = exchanged(observed, data.problem.channels, found[-1])
-    data = replace(data, problem=replace(data.problem, observed=observed))
+            counts = exchanged(counts, data.problem.channels, found[-1])  # one of the two may not have been seen
+    data = replace(data, problem=replace(data.problem, observed=observed), counts=counts)
     outliers = effect_named("outliers")
     assert outliers.find is not None
     for site, values in outliers.find(data.problem.context, _view(data, model)):
@@ -68,8 +71,8 @@ def cost_unrepaired(untouched: Data, repaired: Data, model: Fit, found: Active) 
     return float((raw[rows] - left[rows]).sum()), 2 * len(rows)
 
 
-def exchanged(observed: Array, channels: tuple[str, ...], swap: Active) -> Array:
-    """Return the observations (N, M, d) with a found swap undone."""
+def exchanged(observed: Channels, channels: tuple[str, ...], swap: Active) -> Channels:
+    """Return the observations (N, M, d), or which of them count (N, M), with a found swap undone."""
     assert swap.site.marker is not None
     first, second, rows = channels.index(swap.site.marker), int(swap.values[0]), swap.values[1:].astype(int)
     out = observed.copy()

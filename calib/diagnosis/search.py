@@ -212,11 +212,17 @@ def _weighs(data: Data, model: Fit, gain: float, g: Array) -> bool:
 
 
 def _needed(data: Data, model: Fit) -> Fit:
-    """Return the model without the causes that no longer weigh once the others have settled."""
-    while len(model.effects) > 1:
+    """Return the model without the causes that no longer weigh once the others, and the repairs, have settled."""
+    while model.effects:
         without = [fit(data, model.g, (*model.effects[:k], *model.effects[k + 1 :])) for k in range(len(model.effects))]
         least = min(without, key=lambda rest: float(rest.misfit.sum()))
-        if _weighs(data, model, float(least.misfit.sum() - model.misfit.sum()), model.g):
+        gain = float(least.misfit.sum() - model.misfit.sum())
+        if least.effects:
+            weighs = _weighs(data, model, gain, model.g)
+        else:
+            tries = len(candidate_sites(data)) * len(model.misfit)  # at every site from any row on
+            weighs = gain > max(_FIRST_SHARE * excess_of(data, least), float(stats.chi2.isf(LEVEL / tries, 1)))
+        if weighs:
             break
         model = least
     return model
