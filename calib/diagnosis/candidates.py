@@ -80,12 +80,14 @@ def _best_start(data: Data, screen: Screen, effect: Effect, site: Site) -> tuple
     best = best_start(screen, starts)
     if best is None:
         return None
-    tried = len(starts)
+    tried, seen = len(starts), {start.values.tobytes() for start in starts}
     for _ in range(_REFINEMENTS):
         finer = [Active(effect, site, values) for values in effect.starts(context, site, best[1].values)]
-        refined = best_start(screen, finer)
+        fresh = [start for start in finer if start.values.tobytes() not in seen]
+        refined = best_start(screen, fresh)
         if refined is None or refined[0] >= best[0]:
             break
+        seen.update(start.values.tobytes() for start in fresh)
         tried = len(starts) + len(finer)
         best = refined
     return best[0], best[1], tried
