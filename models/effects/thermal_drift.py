@@ -71,9 +71,7 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
             case = case * slow + winding * _WINDING_SHARE / (1.0 - _WINDING_SHARE) * (slow - quick)
             winding *= quick
             q = command.q.copy()
-            q[index] += (
-                drift * (1.0 - _WINDING_SHARE) * (1.0 - case)
-            )  # the slow mode weighs 1 / (1 - share)
+            q[index] += drift * (1.0 - _WINDING_SHARE) * (1.0 - case)  # the slow mode weighs 1 / (1 - share)
             return q
 
         return receive
