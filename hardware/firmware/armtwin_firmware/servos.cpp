@@ -53,9 +53,11 @@ static inline void write_port_at(uint16_t edge, uint8_t level) {
 ISR(TIMER1_COMPB_vect) {
   static uint8_t slot = 0;
   static bool high = false;
+  static bool sending = false;  // since the first slot of a period: arming begins with the first servo
   static uint16_t edge = RISE;
 
-  if (high || (armed && slot < N_SERVOS)) {
+  if (slot == 0 && !high) sending = armed;
+  if (high || (sending && armed && slot < N_SERVOS)) {
     const uint8_t mask = 1 << (PORTB1 + slot);
     write_port_at(edge, high ? PORTB & ~mask : PORTB | mask);
     high = !high;
@@ -65,7 +67,7 @@ ISR(TIMER1_COMPB_vect) {
   } else {
     edge = RISE;
     slot++;
-    if (slot == N_SERVOS) period_over = true;
+    if (slot == N_SERVOS) period_over = sending;  // no servo moves before it was held where it was armed
     if (slot == SLOTS) slot = 0;
   }
   OCR1B = edge - LEAD;
@@ -101,6 +103,7 @@ bool servos_allowed(const uint16_t *wanted) {
 void servos_arm(const uint16_t *wanted) {
   for (uint8_t servo = 0; servo < N_SERVOS; servo++) set_width(servo, wanted[servo]);
   steps = 0;
+  period_over = false;
   armed = true;
 }
 
