@@ -69,11 +69,11 @@ def fit(data: Data, g: Array, effects: Sequence[Active], iterations: int = _ITER
     free = [[k for k, parameter in enumerate(of) if not parameter.scanned] for of in parameters]
     state = evaluate(data, g, effects, parameters)
     for _ in range(iterations):
-        J, r, weights = _linearise(data, state, parameters, free)
+        A, b, room = _normal_equations(problem, state, parameters, free, *_linearise(data, state, parameters, free))
         better = None
         for damping, scale in _TRIALS:
-            step, promised = _solve(problem, state, parameters, free, J, r, weights, damping)
-            if promised < _CONVERGED:
+            step = _step(A, b, room, damping)
+            if float(b @ step) < _CONVERGED:  # the gain that the step promises
                 return state
             trial = evaluate(data, *_moved(state, parameters, free, scale * step), parameters)
             if trial.deviance < state.deviance:
@@ -151,7 +151,7 @@ def difference_step(parameter: Parameter, value: float) -> float:
     return step if value + step <= high and (value - low <= high - value) else -step
 
 
-def _solve(
+def _normal_equations(
     problem: Problem,
     state: Fit,
     parameters: Sequence[tuple[Parameter, ...]],
@@ -159,33 +159,35 @@ def _solve(
     J: Array,
     r: Array,
     weights: Array,
-    damping: float,
-) -> tuple[Array, float]:
-    """Step (p,) of the damped normal equations with the priors, and the gain in deviance that it promises.
-
-    What pushes out of its bounds is held there.
-    """
+) -> tuple[Array, Array, Array]:
+    """Matrix (p, p) and right-hand side (p,) with the priors, and the room (p, 2) that the bounds leave each step."""
     offsets, precisions = [problem.nominal - state.g], [problem.prior_std**-2.0]
     room = [np.full((len(state.g), 2), [-np.inf, np.inf])]
     for active, of, which in zip(state.effects, parameters, free, strict=True):
         offsets.append(np.array([of[k].pull(active.values[k]) for k in which]))
         precisions.append(np.array([of[k].prior_std ** -2.0 for k in which]))
         room.append(np.array([np.array(of[k].bounds) - active.values[k] for k in which]).reshape(-1, 2))
-    precision, (low, high) = np.concatenate(precisions), np.concatenate(room).T
+    precision = np.concatenate(precisions)
     weighted = J * weights[:, None]
     A = weighted.T @ J
     A[np.diag_indices_from(A)] += precision
-    A[np.diag_indices_from(A)] *= 1.0 + damping
-    b = weighted.T @ r + precision * np.concatenate(offsets)
+    return A, weighted.T @ r + precision * np.concatenate(offsets), np.concatenate(room)
+
+
+def _step(A: Array, b: Array, room: Array, damping: float) -> Array:
+    """Step (p,) of the damped normal equations; what pushes out of its bounds is held there."""
+    damped = A.copy()
+    damped[np.diag_indices_from(A)] *= 1.0 + damping
+    low, high = room.T
     held = np.zeros(len(b), dtype=bool)
     step = np.zeros(len(b))
     for _ in range(len(b)):
-        step = _reduced_step(A, b, held)
+        step = _reduced_step(damped, b, held)
         outward = ~held & (((low >= 0) & (step < 0)) | ((high <= 0) & (step > 0)))
         if not outward.any():
             break
         held |= outward
-    return step, float(b @ step)
+    return step
 
 
 def _reduced_step(A: Array, b: Array, held: Bool) -> Array:
