@@ -22,6 +22,19 @@ def test_swapped_markers_are_exchanged_and_named_with_their_frames() -> None:
     assert list(cause.active.values[1:]) == [7, 40]
 
 
+def test_a_swapped_marker_is_exchanged_with_one_that_was_not_seen() -> None:
+    def swap(pixels: np.ndarray) -> np.ndarray:
+        out = pixels.copy()
+        for row in (7, 40, 55):
+            out[row, 1], out[row, 2] = pixels[row, 2], pixels[row, 1]
+        out[40, 1] = np.nan
+        return out
+
+    (cause,) = diagnose(recording(shift_px=swap)).causes
+    assert cause.active.effect.name == "marker_swap"
+    assert list(cause.active.values[1:]) == [7, 40, 55]
+
+
 def test_gross_errors_are_refused_named_and_do_not_bend_the_geometry() -> None:
     rng = np.random.default_rng(1)
 

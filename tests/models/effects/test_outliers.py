@@ -42,3 +42,10 @@ def test_a_jump_that_lasts_is_no_detection_error() -> None:
 
 def test_a_pose_at_which_the_whole_arm_is_elsewhere_is_none_either() -> None:
     assert found(noisy(pixels(context_of(), active("missed_command", [15])))) <= {(15, 1)}
+
+
+def test_a_single_turn_of_the_last_joint_is_a_step_of_the_servo_and_no_detection_error() -> None:
+    turned = pixels(context_of(), active("joint_slip", [0.05, 20.0], joint=3))
+    observed = pixels(context_of())
+    observed[20] = turned[20]
+    assert found(noisy(observed)) == set()
