@@ -41,7 +41,7 @@ def _answers(run: RunData) -> list[tuple[str, str]]:
     """Say in a few numbers what the run found."""
     validation = run.results["validation"]
     gain = {row["run"]: row for row in run.results["gain"]["rows"]}
-    errors = " → ".join(number(row["mean_mm"], 2) for row in gain.values())
+    errors = " → ".join(number(row["mean_mm"], 3) for row in gain.values())
     by_twin, by_geometry = (number(gain[name]["reduction_percent"], 1) for name in ("extended", "after"))
     spread = [r for r in run.results["tables"]["3"] if r["detector"] == "subpixel"]
     camera = worst_of(spread)
