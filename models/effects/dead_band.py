@@ -16,6 +16,12 @@ from models.world import Command, Electronics, World, joint_index
 
 Array = NDArray[np.float64]
 
+# Beyond this no servo is usable; below, no servo of this size resolves a change (a tenth of a pulse's microsecond).
+_WIDEST_RAD = 0.2
+_LEAST_RAD = 1e-4
+# Between neighbouring thresholds that are looked at: a recording of some hundred poses tells apart a few in a hundred.
+_RATIO = 1.04
+
 
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
     """Angles of a servo that moves only when the command leaves it by at least `threshold_rad`."""
@@ -32,7 +38,7 @@ def term(context: Context, q: Array, values: Array, site: Site) -> Array:
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
-    return (Parameter("threshold_rad", (0.0, 0.2), 0.03, scanned=True),)
+    return (Parameter("threshold_rad", (0.0, _WIDEST_RAD), 0.03, scanned=True),)
 
 
 def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
@@ -40,12 +46,24 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
     if around is not None:
         return [np.array([value]) for value in fan_about(float(around[0]), 0.12, 1e-3, 12)]
     moves = np.abs(np.diff(context.q_cmd[:, site.joint - 1]))
-    moves = moves[moves > 0]
+    moves = moves[(moves > _LEAST_RAD) & (moves < _WIDEST_RAD)]
     if not len(moves):
         return []
-    # Below the smallest move nothing is ignored; beyond 0.2 rad no servo is usable.
-    smallest = max(float(moves.min()), 1e-4)
-    return [np.array([value]) for value in np.geomspace(smallest, 0.2, 40)] if smallest < 0.2 else []
+    # Below the smallest move nothing is ignored.
+    smallest = float(moves.min())
+    count = int(np.ceil(np.log(_WIDEST_RAD / smallest) / np.log(_RATIO))) + 1
+    return _told_apart(context, np.geomspace(smallest, _WIDEST_RAD, count), site)
+
+
+def _told_apart(context: Context, thresholds: Array, site: Site) -> list[Array]:
+    """Keep one of neighbouring thresholds that ignore the same commands."""
+    kept, last = [], None
+    for threshold in thresholds:
+        turned = term(context, context.q_cmd, np.array([threshold]), site)
+        if last is None or not np.array_equal(turned, last):
+            kept.append(np.array([threshold]))
+        last = turned
+    return kept
 
 
 # --- how the simulated bench makes it ---

@@ -45,3 +45,13 @@ def test_thresholds_are_looked_for_from_the_smallest_move_on() -> None:
     starts = [float(start[0]) for start in effect_named("dead_band").starts(context, Site(joint=1), None)]
     assert min(starts) == np.min(np.diff(context.q_cmd[:, 0]))
     assert list(effect_named("dead_band").starts(context, Site(joint=2), None)) == []
+
+
+def test_every_threshold_is_looked_at_to_four_percent_unless_it_ignores_what_a_smaller_one_does() -> None:
+    path = 0.4 * np.sin(np.linspace(0.0, 9.0, 90)) + 0.2 * np.sin(np.linspace(0.0, 25.0, 90))
+    context = context_of(one_joint(3, path))
+    starts = np.array([float(start[0]) for start in effect_named("dead_band").starts(context, Site(joint=3), None)])
+    for threshold in np.geomspace(starts[0], starts[-1], 200):
+        smaller = starts[starts <= threshold].max()
+        next_looked_at = starts[starts >= threshold].min()
+        assert next_looked_at <= 1.0401 * threshold or np.array_equal(held(path, threshold), held(path, smaller))
