@@ -12,7 +12,7 @@ from scipy import stats
 
 from calib.diagnosis.fit import degrees_of_freedom
 from calib.diagnosis.geometry import GeometryReport, geometry_report
-from calib.diagnosis.holdout import HeldOut, held_out_gain, held_out_rows
+from calib.diagnosis.holdout import HeldOut, every_fourth, held_out_gain, held_out_rows, held_out_trend
 from calib.diagnosis.problem import Problem, problem_of
 from calib.diagnosis.repairs import cost_unrepaired
 from calib.diagnosis.search import Cause, Explanation, search
@@ -64,6 +64,8 @@ class Diagnosis:
         verdict: none, named, ambiguous or unknown.
         causes: named ones, most explaining first; empty for none and unknown.
         suspects: for the verdict unknown, what explains most although not enough.
+        only_held_out: the verdict is unknown because only the held-out poses show something; the suspects are then what
+            is found where every fourth pose is held out instead, and no estimate has changed by it.
         geometry, held_out: calibrated geometry; errors before and after on unseen poses.
         trends_before, trends_after: what the remainder follows, for the geometric and for the extended twin.
         unexplained_rms_mm: of the extended twin on the poses that it was fitted to.
@@ -74,6 +76,7 @@ class Diagnosis:
     verdict: Verdict
     causes: tuple[NamedCause, ...]
     suspects: tuple[NamedCause, ...]
+    only_held_out: bool
     geometry: GeometryReport
     held_out: HeldOut
     trends_before: tuple[Trend, ...]
@@ -92,23 +95,29 @@ def diagnose(recording: Recording, progress: Callable[[str], None] = lambda _: N
     fit_rows = ~held_rows
     check_decidable(problem, fit_rows)
     progress("fitting the geometry")
-    explanation = search(problem, fit_rows, recording.pixel_noise_px if problem.is_pixels else None, progress)
+    noise = recording.pixel_noise_px if problem.is_pixels else None
+    explanation = search(problem, fit_rows, noise, progress)
     data, final = explanation.data, explanation.final
     progress("measuring the gain on held-out poses")
     before = tuple(trends(data, explanation.geometric))
     after = tuple(trends(data, final))
-    spread = uncertainty(data, final)
-    causes = tuple(_named(explanation, cause, spread.effects_std) for cause in explanation.causes)
-    causes += tuple(_found(active, explanation) for active in explanation.found)
+    causes, covariance = _causes(explanation)
     verdict = _verdict(explanation, after, causes)
     if verdict == "unknown" and not after:
         after = (louder_than_noise(data, final),)
+    suspects = causes if verdict == "unknown" else ()
+    only_held_out = held_out_trend(problem, explanation, held_rows) if verdict == "none" else None
+    if only_held_out is not None:
+        progress("looking at what only the held-out poses show")
+        verdict, after = "unknown", (only_held_out,)
+        suspects, _ = _causes(search(problem, ~every_fourth(len(recording)), noise, progress))
     held_out = held_out_gain(problem, explanation, held_rows, names, words)
     return Diagnosis(
         verdict=verdict,
         causes=() if verdict == "unknown" else causes,
-        suspects=causes if verdict == "unknown" else (),
-        geometry=geometry_report(data, final, spread.covariance),
+        suspects=suspects,
+        only_held_out=only_held_out is not None,
+        geometry=geometry_report(data, final, covariance),
         held_out=held_out,
         trends_before=before,
         trends_after=after,
@@ -138,6 +147,13 @@ def check_decidable(problem: Problem, rows: Bool) -> None:
     still = [f"theta{joint + 1}_cmd_rad" for joint in range(q.shape[1]) if np.ptp(q[:, joint]) < 1e-6]
     if len(still) == q.shape[1]:
         raise RecordingError(f"samples.csv: {', '.join(still)} never change; nothing can be told of an arm at rest")
+
+
+def _causes(explanation: Explanation) -> tuple[tuple[NamedCause, ...], Array]:
+    """Return the causes with their standard deviations, and the covariance of the geometry beside them."""
+    spread = uncertainty(explanation.data, explanation.final)
+    fitted = tuple(_named(explanation, cause, spread.effects_std) for cause in explanation.causes)
+    return (*fitted, *(_found(active, explanation) for active in explanation.found)), spread.covariance
 
 
 def _verdict(explanation: Explanation, after: tuple[Trend, ...], causes: tuple[NamedCause, ...]) -> Verdict:

@@ -6,11 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
-from calib.diagnosis.fit import Data, Fit
+from calib.diagnosis.fit import Data, Fit, degrees_of_freedom, fit
 from calib.diagnosis.problem import Problem
 from calib.diagnosis.repairs import find_missed, repair
 from calib.diagnosis.search import Explanation
+from calib.diagnosis.structure import Trend
 from models.effects.predict import Active
 from models.errors import RecordingError
 from models.recording import Recording
@@ -23,6 +25,12 @@ _BOOTSTRAPS = 2000
 _BLOCK = 5
 # Every n-th pose is kept back where there are too few trajectories to keep a whole one.
 _EVERY = 4
+# Held-out poses whose variance is this many times that of the others are missed by more than geometry or noise; few of
+# them may be louder by chance, so that this many standard deviations of a mean of squares are allowed beside.
+_LOUDER = 1.5
+_CHANCE = 4.0
+# The worst poses do not count: a flipped step, a gross error.
+_WORST_POSES = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +65,37 @@ def held_out_rows(recording: Recording) -> tuple[Bool, tuple[str, ...], str]:
         return np.isin(recording.trajectory, kept), kept, "the trajectories that the recording holds out"
     if len(names) >= 4:
         return recording.trajectory == names[-1], (names[-1],), "the last trajectory"
-    rows = np.arange(len(recording)) % _EVERY == _EVERY // 2
-    return rows, (), f"every {_EVERY}th pose, there being too few trajectories to hold a whole one out"
+    words = f"every {_EVERY}th pose, there being too few trajectories to hold a whole one out"
+    return every_fourth(len(recording)), (), words
+
+
+def every_fourth(n_poses: int) -> Bool:
+    """Return the rows (N,) to keep back where whole trajectories cannot be."""
+    return np.arange(n_poses) % _EVERY == _EVERY // 2
+
+
+def held_out_trend(problem: Problem, explanation: Explanation, rows: Bool) -> Trend | None:
+    """Return how much the held-out rows show that the others do not, or None where they agree.
+
+    The model is refitted to all rows, so that where the geometry was poorly known all poses together make up for it;
+    what it then still misses most held-out poses by is neither geometry nor noise. Nothing is chosen by this.
+    """
+    data, final = explanation.data, explanation.final
+    held = _seen(problem) & rows[:, None]
+    if not held.any():
+        return None
+    observed = np.where(rows[:, None, None], problem.observed, data.problem.observed)
+    whole = replace(data, problem=replace(data.problem, observed=observed), counts=data.counts | held)
+    refitted = fit(whole, final.g, final.effects)
+    d = observed.shape[-1]
+    poses = held.any(axis=1)
+    by_value = np.sort(refitted.misfit[poses].sum(axis=1) / (d * held[poses].sum(axis=1)))
+    most = float(by_value[: max(1, int(np.ceil(len(by_value) * (1.0 - _WORST_POSES))))].mean())
+    others = max(1.0, float(final.misfit.sum()) / degrees_of_freedom(data, final))
+    values = d * int(held.sum())
+    if most / others < _LOUDER + _CHANCE * np.sqrt(2.0 / values):
+        return None
+    return Trend("the poses held out", 1.0 - others / most, float(stats.chi2.sf(values * most / others, values)))
 
 
 def held_out_gain(

@@ -97,6 +97,8 @@ def _nothing(diagnosis: Diagnosis) -> str:
             "The calibrated geometry explains every pose to the noise, and what remains follows nothing. A fault that "
             "moves the markers by less than the noise, or one that these poses do not provoke, would not show."
         )
+    if diagnosis.only_held_out:
+        return "The poses held out are missed by more than the noise, the others are not, and no effect explains both."
     return "What remains is more than noise, and no effect of the catalogue explains enough of it to be named."
 
 

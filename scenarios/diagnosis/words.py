@@ -29,7 +29,11 @@ def headline(diagnosis: Diagnosis) -> str:
         sure = [cause.active.label for cause in diagnosis.causes if not cause.equivalents]
         return f"These poses cannot tell {ties}" + (f"; besides, {' and '.join(sure)}." if sure else ".")
     nearest = " and ".join(cause.active.label for cause in diagnosis.suspects)
-    text = "What remains is more than the noise, and no known effect explains it"
+    text = (
+        "The poses held out show what the others do not"
+        if diagnosis.only_held_out
+        else "What remains is more than the noise, and no known effect explains it"
+    )
     return text + (f"; {nearest} comes nearest." if nearest else ".")
 
 
@@ -62,6 +66,11 @@ def what_next(diagnosis: Diagnosis, experiment: Experiment | None) -> str:
         return f"Run '{experiment.trajectory}' next ({len(experiment.plan)} poses): {experiment.why}.{by_hand}"
     if diagnosis.verdict == "none":
         return "Use the calibrated arm as it is."
+    if diagnosis.only_held_out:
+        return (
+            "Hold out other trajectories ('held_out' in recording.json) and diagnose again: what happened in these can "
+            "be named once they are fitted."
+        )
     if diagnosis.verdict == "unknown":
         return (
             "Look at what the remainder follows; add an effect of your own with --effects, or record more varied poses."

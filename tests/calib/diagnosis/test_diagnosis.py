@@ -90,6 +90,16 @@ def test_held_out_poses_change_no_estimate() -> None:
     assert spoiled.held_out.after_rms_mm > 10 * plain.held_out.after_rms_mm
 
 
+def test_what_only_held_out_poses_show_is_unknown_and_what_they_would_show_if_fitted_comes_nearest() -> None:
+    made = recording(lambda q: q + np.where(np.arange(len(q)) >= 100, 0.01, 0.0)[:, None] * [0.0, 1.0, 0.0])
+    assert set(made.trajectory[100:]) <= set(made.held_out)
+    diagnosis = diagnose(made)
+    assert diagnosis.verdict == "unknown"
+    assert [trend.against for trend in diagnosis.trends_after] == ["the poses held out"]
+    assert [(c.active.effect.name, c.active.site.joint) for c in diagnosis.suspects] == [("joint_slip", 2)]
+    assert diagnosis.explanation.final.effects == ()
+
+
 def test_measured_angles_alone_can_be_diagnosed() -> None:
     made = recording()
     bent = gain_of(1, 1.05)(made.q_cmd) + np.random.default_rng(0).normal(0.0, 0.002, made.q_cmd.shape)
