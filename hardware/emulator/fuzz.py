@@ -3,7 +3,8 @@
 Three passes, each with its own promise; the first that is broken raises AssertionError with what was seen:
 
     limp    bad frames at a board that is not armed: no pulse, no reset, every good frame between them answered
-    armed   the same at an armed board: every pulse on the way that was commanded, none faster than the slew limit
+    armed   the same at an armed board, and bursts of good frames faster than it can answer: every pulse on the way that
+            was commanded, none faster than the slew limit
     link    bad frames both ways between ServoLink and the board, frames lost and doubled on top: every request done
 """
 
@@ -20,13 +21,16 @@ import serial
 from hardware import messages
 from hardware.emulator.launcher import FirmwareEmulator, Pulse
 from hardware.emulator.noise import NoisyLine, bad_piece
-from hardware.frames import FrameReader, encode
+from hardware.frames import DELIMITER, FrameReader, encode
 from hardware.link import ServoLink
 from hardware.messages import ANSWER, N_SERVOS, TICKS_PER_US, Request, Status
 from hardware.ports import open_port
 
 SPEED = 4.0  # times real time
 BAD_IN_A_ROW = 8  # bad frames between two good ones, at most
+BURST_FRAMES = 1500  # good ones without a pause: a second at line rate, twice the watchdog's patience
+BURST_EVERY = 50  # moves
+QUIET_S = 0.1  # real time without a byte, after which a board has answered all that it will
 ANSWER_TIMEOUT_S = 2.0
 HOME_US = 1500.0
 SPREAD_US = 300.0  # of the moves around home
@@ -56,6 +60,19 @@ class Conversation:
             self.at_board.feed(piece)
             self.port.write(piece)
             self.bad_sent += 1
+
+    def burst(self) -> None:
+        """Send many good frames at once, read of the answers what comes, and leave both receivers between two frames.
+
+        Some are lost, since an answer is longer than its request and the board's buffer is short.
+        """
+        self.sequence = (self.sequence + 1) % 256
+        self.port.write(encode(messages.request(Request.STATE, self.sequence)) * BURST_FRAMES)
+        self.port.timeout = QUIET_S
+        while self.port.read(1000):
+            pass
+        self.port.timeout = ANSWER_TIMEOUT_S
+        self.port.write(DELIMITER)
 
     def ask(self, kind: int, body: bytes = b"", *, twice: bool = False) -> tuple[Status, bytes]:
         """Send one good frame, or the same one twice; assert that each is answered, alike, and return the answer."""
@@ -113,6 +130,8 @@ def fuzz_armed(frames: int, seed: int) -> str:
         pulses: list[Pulse] = []
         while talk.bad_sent < frames:
             talk.disturb()
+            if moves % BURST_EVERY == 0:
+                talk.burst()
             if talk.rng.random() < 0.3:
                 talk.ask_nonsense()
             ticks = _random_ticks(talk.rng)

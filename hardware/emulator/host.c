@@ -28,7 +28,9 @@
 
 #define CLOCK_HZ 16000000ULL
 #define SLICE_CYCLES (CLOCK_HZ / 1000)            // emulated between two looks at the outside world: 1 ms
-#define BYTE_CYCLES (CLOCK_HZ * 10 / 115200)      // 8N1: ten bits a byte
+// A byte at 115200 baud in 8N1 has ten bits of 136 cycles, by the Uno's divider. simavr's UART takes eleven, a parity
+// bit among them that is not sent, and loses bytes of a long stream that comes faster.
+#define BYTE_CYCLES (11 * 136)
 #define TIME_LINE_CYCLES (CLOCK_HZ / 100)
 #define LAG_FORGIVEN_NS 20000000LL                // further behind than this, emulated time is not made up for
 #define FIRST_PIN 9                               // PB1

@@ -21,6 +21,8 @@ pytestmark = pytest.mark.avr
 PROTOCOL = Path(messages.__file__).with_name("protocol.md")
 TICK_US = 0.5
 CYCLE_US = 1 / 16  # of the processor
+FLOOD_S = 1.5  # of emulated time: three times the watchdog's patience
+BYTE_S = 10 / 115200  # 8N1
 SPEED = 4.0  # times real time
 PATIENCE_S = 5.0  # real time; only a failing test waits so long
 
@@ -47,6 +49,19 @@ class Wire:
         _, answered, status, rest = messages.split_answer(decode(answer[1:-1]))
         assert answered == sequence
         return status, rest
+
+    def flood(self, kind: int, sequence: int) -> None:
+        """Send the same frame again and again for `FLOOD_S`, without a look at the answers."""
+        frame = encode(bytes((kind, sequence)))
+        self._port.write(frame * round(FLOOD_S / BYTE_S / len(frame)))
+
+    def forget_answers(self) -> None:
+        """Read until the line is quiet, and end the half of a frame that a full buffer may have left in the board."""
+        self._port.timeout = 0.1
+        while self._port.read(1000):
+            pass
+        self._port.timeout = 1.0
+        self._port.write(b"\0")
 
     def hello(self) -> None:
         assert self.ask(Request.HELLO, 0, b"\x01")[0] is Status.OK
@@ -160,6 +175,47 @@ def test_pulses_keep_their_length_while_the_line_is_busy(board: FirmwareEmulator
     pulses = board.drain()
     assert len(pulses) > 30
     assert {in_cycles(pulse.width_us) for pulse in pulses} == {in_cycles(1500.0)}
+
+
+@pytest.mark.parametrize("reading", [True, False], ids=["answers-read", "answers-unread"])
+def test_good_frames_at_line_rate_neither_reset_it_nor_touch_a_pulse(
+    board: FirmwareEmulator, wire: Wire, reading: bool
+) -> None:
+    """Answers are three times as long as what asks for them, so that the board's line is never idle."""
+    start(board, wire)
+    end = board.time_s + FLOOD_S
+    wire.flood(Request.STATE, 2)
+    if reading:
+        wire.forget_answers()
+    assert board.wait_until(lambda: board.time_s >= end, PATIENCE_S)
+    assert board.resets == 1
+    pulses = board.drain()
+    assert len(pulses) > 3 * FLOOD_S / 0.02
+    for servo in range(3):
+        mine = [pulse for pulse in pulses if pulse.servo == servo]
+        assert {in_cycles(pulse.width_us) for pulse in mine} == {in_cycles(1500.0)}
+        assert set(np.diff([in_cycles(pulse.time_s * 1e6) for pulse in mine])) == {in_cycles(20_000.0)}
+    wire.forget_answers()
+    assert wire.move(3, (1600.0, 1500.0, 1500.0))[0] is Status.OK
+    assert is_at(board, (1600.0, 1500.0, 1500.0))
+
+
+def test_a_move_goes_on_in_equal_steps_while_good_frames_come_at_line_rate(board: FirmwareEmulator, wire: Wire) -> None:
+    start(board, wire)
+    wire.move(2, (1600.0, 1500.0, 1500.0), 1000)
+    wire.flood(Request.STATE, 3)
+    run(board, FLOOD_S)
+    way = widths(board.drain(), 0)
+    assert abs(way[-1] - 1600.0) <= CYCLE_US
+    assert np.diff(way).max() <= 2.0 + CYCLE_US  # 100 us in 50 periods of 20 ms
+
+
+def test_silence_after_frames_at_line_rate_detaches(board: FirmwareEmulator, wire: Wire) -> None:
+    start(board, wire)
+    wire.flood(Request.STATE, 2)
+    assert is_limp(board)
+    wire.forget_answers()
+    assert wire.state(3).detach_reason is DetachReason.SILENCE
 
 
 @pytest.mark.parametrize("wrong", [499.5, 2500.5, 0.0, 32767.5])

@@ -141,14 +141,13 @@ void setup() {
   set_sleep_mode(SLEEP_MODE_IDLE);
 }
 
+// A pass takes one byte at most and sends one answer at most, some 2 ms: however fast frames come, a move goes on and
+// the watchdog, which tells a program that hangs from one that is busy, stays content.
 void loop() {
   uint8_t payload[MAX_PAYLOAD], size;
   wdt_reset();
-  while (Serial.available() > 0) {
-    if (reader.feed(Serial.read(), payload, &size)) receive(payload, size);
-    servos_step();
-  }
+  if (Serial.available() > 0 && reader.feed(Serial.read(), payload, &size)) receive(payload, size);
   servos_step();
   if (servos_armed() && millis() - heard_ms > SILENCE_MS) detach(SILENCE);
-  sleep_mode();  // until the next interrupt: a byte, an edge, or the clock after a millisecond
+  if (Serial.available() == 0) sleep_mode();  // until the next interrupt: a byte, an edge, or the clock in 1 ms
 }
