@@ -32,6 +32,7 @@ BURST_FRAMES = 1500  # good ones without a pause: a second at line rate, twice t
 BURST_EVERY = 50  # moves
 QUIET_S = 0.1  # real time without a byte, after which a board has answered all that it will
 ANSWER_TIMEOUT_S = 2.0
+WRITE_TIMEOUT_S = 20.0  # a burst is a second of emulated time, which a busy machine stretches
 HOME_US = 1500.0
 SPREAD_US = 300.0  # of the moves around home
 CYCLE_US = 1 / 16  # of the processor: pulses are exact, the rest is rounding
@@ -185,6 +186,7 @@ def _talk(board: FirmwareEmulator, seed: int) -> Iterator[Conversation]:
         while port.read(100):
             pass  # the rest of the hello
         port.timeout = ANSWER_TIMEOUT_S
+        port.write_timeout = WRITE_TIMEOUT_S
         yield Conversation(port, np.random.default_rng(seed))
 
 

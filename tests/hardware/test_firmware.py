@@ -53,6 +53,7 @@ class Wire:
     def flood(self, kind: int, sequence: int) -> None:
         """Send the same frame again and again for `FLOOD_S`, without a look at the answers."""
         frame = encode(bytes((kind, sequence)))
+        self._port.write_timeout = PATIENCE_S
         self._port.write(frame * round(FLOOD_S / BYTE_S / len(frame)))
 
     def forget_answers(self) -> None:
