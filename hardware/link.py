@@ -31,7 +31,7 @@ from numpy.typing import ArrayLike
 
 from hardware import messages
 from hardware.exchange import BoardResetError, Exchange, LinkError, LinkLostError, RefusedError
-from hardware.messages import BoardState, Hello, Request
+from hardware.messages import MAX_DURATION_S, BoardState, Hello, Request
 from models.errors import InputError
 
 __all__ = [
@@ -46,7 +46,6 @@ __all__ = [
 
 BOOT_TIMEOUT_S = 5.0  # an Uno's boot loader holds the sketch back for up to 2 s after the port is opened
 KEEP_ALIVE_SHARE = 8  # the board is asked this many times in the silence that it tolerates
-MAX_DURATION_S = 60.0  # the firmware's bound
 STATE_PERIOD_S = 0.02  # one period of the servo pulses: the state changes no faster
 REOPEN_PERIOD_S = 0.1  # a USB port takes about a second to come back
 FIRMWARE_HINT = "upload hardware/firmware/armtwin_firmware to it with the Arduino IDE"
@@ -129,9 +128,10 @@ class ServoLink:
         Returns once the board has acknowledged. The board takes longer than `duration_s` (0 to 60) where its slew limit
         demands it. Raises InputError for widths or a duration that the board would refuse.
         """
-        if not 0.0 <= duration_s <= MAX_DURATION_S:
+        duration_ms = np.rint(duration_s * 1000)  # first: a minute that floats missed by their last digit is one
+        if not 0.0 <= duration_ms <= MAX_DURATION_S * 1000:  # false for NaN
             raise InputError(f"duration of a move: {duration_s} s is not between 0 and {MAX_DURATION_S:.0f} s")
-        body = messages.move_body(round(duration_s * 1000), self._ticks(pulses_us))
+        body = messages.move_body(int(duration_ms), self._ticks(pulses_us))
         return self._parsed(messages.parse_duration, self._ask(Request.MOVE, body))
 
     def state(self) -> BoardState:
@@ -197,14 +197,18 @@ class ServoLink:
         pulses = np.asarray(pulses_us, dtype=np.float64)
         if pulses.shape != (hello.n_servos,):
             raise InputError(f"pulse widths: the board drives {hello.n_servos} servos, got shape {pulses.shape}")
-        good = (pulses >= hello.min_pulse_us) & (pulses <= hello.max_pulse_us)  # false for NaN
+        ticks = np.rint(
+            pulses * messages.TICKS_PER_US
+        )  # first: an angle at the servo's very end may miss it by 1e-13 us
+        sent_us = ticks / messages.TICKS_PER_US
+        good = (sent_us >= hello.min_pulse_us) & (sent_us <= hello.max_pulse_us)  # false for NaN
         if not good.all():
             servo = int(np.argmin(good))
             raise InputError(
                 f"pulse width of servo {servo + 1}: {pulses[servo]} us is not between "
                 f"{hello.min_pulse_us:.0f} and {hello.max_pulse_us:.0f} us"
             )
-        return [round(pulse * messages.TICKS_PER_US) for pulse in pulses.tolist()]
+        return [int(tick) for tick in ticks]
 
     def _start_keep_alive(self, period_s: float) -> None:
         self._closing.clear()

@@ -13,6 +13,7 @@ from enum import IntEnum
 PROTOCOL_VERSION = 1
 FIRMWARE_MAJOR = 1  # of the firmware beside this file; another may act otherwise on the same messages
 N_SERVOS = 3
+MAX_DURATION_S = 60.0  # of a move
 TICKS_PER_US = 2  # widths are commanded in steps of 0.5 us
 ANSWER = 0x80  # bit of the type that tells an answer from a request
 

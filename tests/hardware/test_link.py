@@ -177,6 +177,20 @@ def test_widths_that_the_board_would_refuse_are_not_sent(link: ServoLink, pulses
 
 
 @pytest.mark.avr
+@pytest.mark.parametrize("end_us", [500.0, 2500.0])
+def test_an_angle_at_the_servos_very_end_is_sent_whatever_its_last_digit(link: ServoLink, end_us: float) -> None:
+    beyond_us = np.nextafter(end_us, end_us + (end_us - 1500.0))
+    link.arm([beyond_us, 1500.0, 1500.0])
+    assert link.state().pulses_us == (end_us, 1500.0, 1500.0)
+
+
+@pytest.mark.avr
+def test_a_move_of_a_minute_is_sent_whatever_its_last_digit(link: ServoLink) -> None:
+    link.arm(HOME)
+    assert link.move(HOME, np.nextafter(60.0, 61.0)) == 60.0
+
+
+@pytest.mark.avr
 @pytest.mark.parametrize("duration_s", [-0.1, 61.0, float("nan")])
 def test_durations_that_the_board_would_refuse_are_not_sent(link: ServoLink, duration_s: float) -> None:
     link.arm(HOME)
