@@ -5,6 +5,7 @@ The emulated bench is this class too, with an emulated Arduino at the port and a
     connect   link, camera, noise of the picture while the arm is limp
     move      the first: where the arm stands is looked up, the servos are armed there, and it sets out slowly
               every other: limits and step are checked, the command is sent, the picture is waited for
+              each ends with the question whether the board is still armed: a limp arm stands still as well
     close     servos detached first, then the camera; also after an error, Ctrl-C or a lost camera
 """
 
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 from hardware.bench_file import BenchSetup
 from hardware.frame_quality import fault_of
 from hardware.limits import steps_between
-from hardware.link import Hello, ServoLink
+from hardware.link import BoardState, Hello, RefusedError, ServoLink
 from hardware.posture import FindMarkers, joint_angles, link_vectors_mm
 from hardware.stillness import Grey, NoiseModel, StillnessWatch, to_grey
 from hardware.webcam import CameraLostError, Picture, Webcam
@@ -46,6 +47,10 @@ class MotionError(JobError):
     """The arm did not come to rest."""
 
 
+class DetachedError(JobError):
+    """The board has let the arm go limp by itself."""
+
+
 class HardwareBench:
     """Satisfies `models.bench.Bench` with an Arduino and a webcam."""
 
@@ -64,9 +69,9 @@ class HardwareBench:
         self.noise: NoiseModel | None = None
         self._find_markers = find_markers
         self._q: Array | None = None
-        self._resting: Picture | None = None  # the picture that the last move ended with, until it is captured
-        self._before: Grey | None = None  # the same in grey, kept to tell the next move's onset
-        self._slowest_onset_s = 0.0  # from the end of a command until its motion began to show
+        self._resting: tuple[Picture, Grey] | None = None  # what the last move ended with, until it is captured
+        self._late_s = 0.0  # how far the stream is behind: from the last command until its motion began to show
+        self._worst_late_s = 0.0  # the longest of these so far
         self._started_s = 0.0
 
     def connect(self) -> None:
@@ -88,7 +93,8 @@ class HardwareBench:
         """Move to (n,) joint angles, rad, and return when the arm is still in the picture.
 
         The first move begins slowly from where the arm stands. Raises `InputError` for a pose outside the limits or too
-        long a step, before anything is sent; `JobError` if the link or the camera is lost or the arm does not settle.
+        long a step, before anything is sent; `JobError` if the link or the camera is lost, the arm does not settle or
+        the board has detached the servos.
         """
         q = np.asarray(q_cmd_rad, dtype=np.float64)
         self.setup.limits.check_pose(q, "command")
@@ -100,10 +106,7 @@ class HardwareBench:
 
     def capture(self) -> Frame:
         """Take one new picture of the arm; raises `JobError` if it is black, over-exposed, blurred or frozen."""
-        picture, grey = self._resting, self._before
-        if picture is None or grey is None:
-            picture = self.webcam.after(self.webcam.newest().number)
-            grey = to_grey(picture.image)
+        picture, grey = self._resting or self._new_picture()
         self._resting = None
         self._refuse_bad_picture(grey)
         return Frame(picture.image, picture.arrived_s - self._started_s)
@@ -122,10 +125,16 @@ class HardwareBench:
         return self.link.hello()
 
     def arm_at(self, q: Array) -> None:
-        """Arm the servos at (n,) joint angles, which the arm jumps to if it stands elsewhere; raises as `move` does."""
+        """Arm the servos at (n,) joint angles and wait until the arm is still there; raises as `move` does.
+
+        It jumps if it stands elsewhere, which nobody can know, so the time for a motion to show is always waited for.
+        """
         self.setup.limits.check_pose(q, "arming")
+        before = to_grey(self.webcam.newest().image)
+        sent_s = time.monotonic()
         self.link.arm(self.setup.servo_map.pulses_us(q))
         self._q = q
+        self._wait_for_rest(before, sent_s)
 
     def posture(self) -> Array | None:
         """(n,) joint angles, rad, that the newest picture shows, or None when a marker is hidden. Raises `JobError`."""
@@ -166,34 +175,63 @@ class HardwareBench:
 
     def _step(self, q: Array, speed_rad_s: float) -> None:
         """Send one command and wait for the picture to rest."""
-        before = to_grey(self.webcam.newest().image) if self._before is None else self._before
         self._resting = None
+        # Taken anew for each step: between two poses a mass may have been hung, or a lamp switched on.
+        before = to_grey(self.webcam.newest().image)
         distance = 0.0 if self._q is None else float(np.abs(q - self._q).max())
-        self.link.move(self.setup.servo_map.pulses_us(q), distance / speed_rad_s)
+        sent_s = time.monotonic()
+        try:
+            self.link.move(self.setup.servo_map.pulses_us(q), distance / speed_rad_s)
+        except RefusedError:
+            self._refuse_limp(self.link.state())
+            raise
         self._q = q
-        self.link.wait()
-        visible = distance >= _VISIBLE_STEP_RAD
-        self._resting = self._wait_for_rest(before if visible else None, time.monotonic())
-        self._before = to_grey(self._resting.image)
+        self._refuse_limp(self.link.wait())
+        self._wait_for_rest(before if distance >= _VISIBLE_STEP_RAD else None, sent_s)
 
-    def _wait_for_rest(self, reference: Grey | None, earliest_s: float) -> Picture:
+    def _wait_for_rest(self, reference: Grey | None, sent_s: float) -> None:
+        """Wait for the picture to rest after a command that was sent at `sent_s` and has been executed."""
         settle = self.setup.settle
         if self.noise is None:
             raise JobError("the bench is not connected")
-        onset_by_s = earliest_s + max(settle.onset_s, _ONSET_MARGIN * self._slowest_onset_s)
-        watch = StillnessWatch(self.noise, settle.still_s, earliest_s, reference, onset_by_s)
+        ended_s = time.monotonic()
+        onset_by_s = ended_s + max(settle.onset_s, _ONSET_MARGIN * self._worst_late_s)
+        # What arrives before the stream can have caught up shows no end of this motion, whatever else changes in it.
+        watch = StillnessWatch(self.noise, settle.still_s, ended_s + self._late_s, reference, onset_by_s)
         give_up_s = onset_by_s + settle.timeout_s
-        picture = self.webcam.newest()
-        while not watch.feed(to_grey(picture.image), picture.arrived_s):
+        picture = first = self.webcam.newest()
+        while not watch.feed(grey := to_grey(picture.image), picture.arrived_s):
             if time.monotonic() > give_up_s:
                 raise MotionError(
                     f"the arm did not come to rest in the picture within {settle.timeout_s:g} s; look for a swinging "
                     "arm, a humming servo, flickering light or someone in the picture, or raise settle.timeout_s"
                 )
             picture = self.webcam.after(picture.number)
+        # Asked after the picture was taken: what was armed then was armed all the while.
+        self._refuse_limp(self.link.state())
         if reference is not None and watch.onset_at_s is not None:
-            self._slowest_onset_s = max(self._slowest_onset_s, watch.onset_at_s - earliest_s)
-        return picture
+            self._note_lateness(watch.onset_at_s - sent_s, watch.onset_at_s > first.arrived_s)
+        self._resting = picture, grey
+
+    def _note_lateness(self, late_s: float, was_seen: bool) -> None:
+        """Note how late a motion began to show; where that was missed, the first picture says how late at most."""
+        self._late_s = late_s if was_seen else min(late_s, self._late_s)
+        self._worst_late_s = max(self._worst_late_s, self._late_s)
+
+    def _new_picture(self) -> tuple[Picture, Grey]:
+        """Return the next picture of the arm as it stands."""
+        picture = self.webcam.after(self.webcam.newest().number)
+        if self._q is not None:
+            self._refuse_limp(self.link.state())
+        return picture, to_grey(picture.image)
+
+    def _refuse_limp(self, state: BoardState) -> None:
+        if not state.armed:
+            raise DetachedError(
+                f"serial port {self.setup.port}: the board has detached the servos by itself "
+                f"({state.detach_reason.name.lower()}), as it does when it hears nothing for "
+                f"{self.hello.silence_timeout_s:g} s: keep the machine awake and the program running"
+            )
 
     def _measure_noise(self) -> NoiseModel:
         greys: list[Grey] = []

@@ -1,6 +1,8 @@
 """The bench against the real firmware in the emulator and a stream whose scene follows the pulses."""
 
 import threading
+import time
+from collections import deque
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -11,7 +13,7 @@ from hardware.bench_file import BenchSetup
 from hardware.bench_tables import CameraSettings
 from hardware.emulator import FirmwareEmulator, missing_packages
 from hardware.emulator.mjpeg import MjpegServer, to_jpeg
-from hardware.hardware_bench import HardwareBench
+from hardware.hardware_bench import DetachedError, HardwareBench
 from models.bench import Bench
 from models.camera import Camera
 from models.errors import InputError, JobError
@@ -24,23 +26,27 @@ pytestmark = [
 
 
 class Filmed:
-    """Turns the scene's bar with the first servo's pulses and streams it."""
+    """Turns the scene's bar with the first servo's pulses and streams it, late if that is wanted."""
 
     def __init__(self, board: FirmwareEmulator) -> None:
         self.server = MjpegServer()
         self.spoil = lambda image: image
+        self.late_s = 0.0
+        self.scene = Scene()
         self._board = board
-        self._scene = Scene()
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
     def _run(self) -> None:
+        queue: deque[tuple[float, bytes]] = deque()
         while not self._stop.wait(0.02):
             width = self._board.widths_us()[0]
             if np.isfinite(width):
-                self._scene.angle_rad = round((width - 1500.0) / 636.62, 2)
-            self.server.publish(to_jpeg(self.spoil(self._scene.picture())))
+                self.scene.angle_rad = round((width - 1500.0) / 636.62, 2)
+            queue.append((time.monotonic() + self.late_s, to_jpeg(self.spoil(self.scene.picture()))))
+            while queue and queue[0][0] <= time.monotonic():
+                self.server.publish(queue.popleft()[1])
 
     def close(self) -> None:
         self._stop.set()
@@ -77,6 +83,29 @@ def bench(wired: BenchSetup) -> Iterator[HardwareBench]:
         yield connected
 
 
+@pytest.fixture
+def late(wired: BenchSetup, filmed: Filmed) -> Iterator[HardwareBench]:
+    """Return the bench with a stream that is more than half a second behind, in which a move may show late."""
+    filmed.late_s = 0.6
+    time.sleep(2 * filmed.late_s)
+    patient = replace(wired, settle=wired.settle.model_copy(update={"onset_s": 1.5}))
+    with HardwareBench(patient) as connected:
+        yield connected
+
+
+def angle_shown(image: np.ndarray) -> float:
+    """Where the scene's red bar points, rad."""
+    rows, columns = np.nonzero(image[..., 2].astype(int) - image[..., 0] > 90)
+    return float(np.arctan2(rows.mean() - image.shape[0] / 2, columns.mean() - image.shape[1] / 2))
+
+
+def hand(image: np.ndarray) -> np.ndarray:
+    """Put something before the picture's corner, clear of the bar."""
+    held = image.copy()
+    held[:60, :60] = 128
+    return held
+
+
 def limp(board: FirmwareEmulator) -> bool:
     return board.wait_until(lambda: bool(np.isnan(board.widths_us()).all()), 2.0)
 
@@ -108,11 +137,50 @@ def test_the_first_pulses_are_those_of_the_rest_pose_and_no_step_is_a_jump(
 
 def test_a_picture_shows_the_arm_where_it_was_moved(bench: HardwareBench):
     bench.move(np.array([0.3, 0.0, 0.0]))
-    shown = bench.capture().image
-    wanted = Scene()
-    wanted.angle_rad = 0.3
 
-    assert np.abs(shown.astype(int) - wanted.picture()).mean() < 5.0
+    assert angle_shown(bench.capture().image) == pytest.approx(0.3, abs=0.01)
+
+
+def test_a_late_stream_does_not_hide_that_arming_moves_the_arm(late: HardwareBench, filmed: Filmed):
+    filmed.scene.angle_rad = 0.15  # the limp arm hangs off the rest pose, which is the first pose too
+    time.sleep(2 * filmed.late_s)
+    late.move(np.array([0.0, 0.0, 0.0]))
+
+    assert angle_shown(late.capture().image) == pytest.approx(0.0, abs=0.01)
+
+
+@pytest.mark.parametrize("before_the_move_s", [2.0, 0.3])
+def test_a_late_stream_in_which_something_else_changes_still_shows_the_pose(
+    late: HardwareBench, filmed: Filmed, before_the_move_s: float
+):
+    """Also where the change itself is still on its way when the move begins."""
+    late.move(np.array([0.2, 0.0, 0.0]))
+    late.move(np.array([0.3, 0.0, 0.0]))
+    filmed.spoil = hand
+    time.sleep(before_the_move_s)
+    late.move(np.array([0.1, 0.0, 0.0]))
+
+    assert angle_shown(late.capture().image) == pytest.approx(0.1, abs=0.01)
+
+
+def test_a_limp_arm_is_no_pose_although_it_stands_still(wired: BenchSetup):
+    slow = replace(wired, settle=wired.settle.model_copy(update={"still_s": 1.0}))
+    with HardwareBench(slow) as bench:
+        bench.move(np.array([0.1, 0.0, 0.0]))
+        threading.Timer(0.5, bench.link.detach).start()
+
+        with pytest.raises(DetachedError, match="the board has detached the servos by itself"):
+            bench.move(np.array([0.3, 0.0, 0.0]))
+
+
+def test_a_board_that_detached_between_two_moves_is_said_so(bench: HardwareBench):
+    bench.move(np.array([0.1, 0.0, 0.0]))
+    bench.link.detach()
+
+    with pytest.raises(DetachedError, match="the board has detached the servos by itself"):
+        bench.move(np.array([0.3, 0.0, 0.0]))
+    with pytest.raises(DetachedError):
+        bench.capture()
 
 
 def test_time_runs_from_picture_to_picture(bench: HardwareBench):

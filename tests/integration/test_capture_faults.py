@@ -12,12 +12,14 @@ import subprocess
 import sys
 import threading
 import time
+import tomllib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+import tomli_w
 
 from calib.markers import measure_recording
 from hardware.bench_file import BenchSetup, read_bench
@@ -238,13 +240,13 @@ def test_disk_full(emulated: EmulatedBench, setup: BenchSetup, small_disk: Path)
 class Host:
     """`armtwin capture` in a process of its own."""
 
-    def __init__(self, emulated: EmulatedBench, folder: Path) -> None:
+    def __init__(self, bench_file: Path, folder: Path) -> None:
         plan = folder / "plan.csv"
         write_plan(plan, PLAN)
         self.folder = folder / "recording"
         code = "from scenarios.commands.capture import capture_command; import sys; from pathlib import Path; "
         code += "capture_command(sys.argv[1], sys.argv[2], Path(sys.argv[3]))"
-        self._command = [sys.executable, "-c", code, str(emulated.bench_file), str(plan), str(self.folder)]
+        self._command = [sys.executable, "-c", code, str(bench_file), str(plan), str(self.folder)]
         self.process = subprocess.Popen(self._command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
 
     def wait_for_rows(self, rows: int) -> None:
@@ -256,9 +258,9 @@ class Host:
             time.sleep(0.05)
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_host_ended_by_a_signal(emulated: EmulatedBench, setup: BenchSetup, tmp_path: Path, how: signal.Signals):
-    host = Host(emulated, tmp_path)
+    host = Host(emulated.bench_file, tmp_path)
     host.wait_for_rows(2)
     assert not np.isnan(emulated.widths_us()).any()
 
@@ -270,3 +272,32 @@ def test_host_ended_by_a_signal(emulated: EmulatedBench, setup: BenchSetup, tmp_
     assert len(read_recording(host.folder)) >= 2
     again = open_recording(setup, host.folder)
     goes_on(setup, again)
+
+
+@pytest.fixture
+def slow_bench_file(emulated: EmulatedBench) -> Path:
+    """Return the bench with moves that take three seconds each."""
+    table = tomllib.loads(emulated.bench_file.read_text())
+    table["motion"]["speed_rad_s"] = 0.1
+    slow = emulated.bench_file.with_name("slow.toml")
+    slow.write_text(tomli_w.dumps(table))
+    return slow
+
+
+def test_host_halted_in_the_middle_of_a_move_for_longer_than_the_board_waits(
+    emulated: EmulatedBench, setup: BenchSetup, slow_bench_file: Path, tmp_path: Path
+):
+    """As by a laptop that is shut: the limp arm stands still where it hung, which is no pose."""
+    host = Host(slow_bench_file, tmp_path)
+    host.wait_for_rows(2)
+    time.sleep(MIDDLE_OF_A_MOVE_S)
+    host.process.send_signal(signal.SIGSTOP)
+    assert detached(emulated, 3 * SILENCE_S)
+    host.process.send_signal(signal.SIGCONT)
+    _, said = host.process.communicate(timeout=30.0)
+
+    assert host.process.returncode != 0
+    assert "the board has detached the servos by itself (silence)" in said.decode()
+    assert "run the same command again" in said.decode()
+    assert len(read_recording(host.folder)) == 2
+    goes_on(setup, open_recording(setup, host.folder))
