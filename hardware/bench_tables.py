@@ -9,12 +9,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from hardware.messages import MAX_DURATION_S, N_SERVOS
 from models.validation import Finite, NotNegative, Positive, Strict
 
 # What the firmware allows (`hardware/firmware/armtwin_firmware/servos.h`): pulses that no common servo is harmed by.
 FIRMWARE_MIN_US = 500.0
 FIRMWARE_MAX_US = 2500.0
-N_SERVOS = 3
 
 Pulse = Annotated[float, Field(ge=FIRMWARE_MIN_US, le=FIRMWARE_MAX_US, allow_inf_nan=False)]
 
@@ -115,6 +115,7 @@ class BenchTable(Strict):
         servos = sorted(joint.servo for joint in self.joints)
         if servos != list(range(1, N_SERVOS + 1)):
             raise ValueError(f"joints: each servo 1 to {N_SERVOS} turns one joint, found servos {servos}")
+        self._refuse_slow_motion()
         rest = self.motion.rest_rad
         if rest is not None and len(rest) != len(self.joints):
             raise ValueError(f"motion.rest_rad needs {len(self.joints)} angles, one a joint, found {len(rest)}")
@@ -125,3 +126,15 @@ class BenchTable(Strict):
                     f"{joint.min_rad:g} to {joint.max_rad:g}; the arm starts from there"
                 )
         return self
+
+    def _refuse_slow_motion(self) -> None:
+        """Refuse a speed that would make a permitted step longer than the board's longest move."""
+        step = min(self.motion.max_step_rad, max(joint.max_rad - joint.min_rad for joint in self.joints))
+        slowest = step / MAX_DURATION_S
+        for key in ("start_speed_rad_s", "speed_rad_s"):
+            speed: float = getattr(self.motion, key)
+            if speed < slowest:
+                raise ValueError(
+                    f"motion.{key} is {speed:g}, at least {slowest:.2g} is wanted: a step of {step:g} rad would take "
+                    f"{step / speed:.0f} s, {MAX_DURATION_S:.0f} s is the longest move; or lower motion.max_step_rad"
+                )

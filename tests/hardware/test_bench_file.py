@@ -75,6 +75,26 @@ def test_rest_pose_outside_the_limits_is_refused(bench_table: dict[str, Any], wr
     assert "rest_rad of joint 2 is 1.3, outside its limits" in refusal(write_bench(bench_table))
 
 
+@pytest.mark.parametrize("key", ["start_speed_rad_s", "speed_rad_s"])
+def test_a_speed_that_takes_a_step_longer_than_the_board_may_is_refused(
+    bench_table: dict[str, Any], write_bench: Write, key: str
+):
+    bench_table["motion"] = {"max_step_rad": 0.6, key: 0.0099}
+
+    message = refusal(write_bench(bench_table))
+
+    assert f"motion.{key} is 0.0099, at least 0.01 is wanted: a step of 0.6 rad would take 61 s" in message
+    bench_table["motion"][key] = 0.01
+    assert read_bench(write_bench(bench_table)).motion.max_step_rad == 0.6
+
+
+def test_no_step_is_longer_than_a_joints_range(bench_table: dict[str, Any], write_bench: Write):
+    """A largest step beyond every range means no bound; the widest range here is 2.6 rad."""
+    bench_table["motion"] = {"max_step_rad": 100.0, "start_speed_rad_s": 2.6 / 60}
+
+    assert read_bench(write_bench(bench_table)).motion.max_step_rad == 100.0
+
+
 def test_a_number_that_is_none_is_refused(bench_table: dict[str, Any], write_bench: Write):
     bench_table["joints"][0]["max_rad"] = float("nan")
 
