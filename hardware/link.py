@@ -42,6 +42,7 @@ __all__ = [
     "LinkLostError",
     "RefusedError",
     "ServoLink",
+    "WrongFirmwareError",
 ]
 
 BOOT_TIMEOUT_S = 5.0  # an Uno's boot loader holds the sketch back for up to 2 s after the port is opened
@@ -52,6 +53,10 @@ FIRMWARE_HINT = "upload hardware/firmware/armtwin_firmware to it with the Arduin
 
 
 T = TypeVar("T")
+
+
+class WrongFirmwareError(InputError):
+    """A board answers, with another firmware than this program's; the message says how to get the right one there."""
 
 
 class ServoLink:
@@ -78,8 +83,8 @@ class ServoLink:
     def connect(self) -> Hello:
         """Open the port, wait until the board has booted, check its firmware; a board that was armed detaches.
 
-        Raises InputError for a port that is missing, forbidden or busy, that nothing answers on, or whose board has
-        another firmware or protocol version.
+        Raises InputError for a port that is missing, forbidden or busy, or that nothing answers on; its kind
+        WrongFirmwareError for a board with another firmware or protocol version.
         """
         with self._lock:
             self._drop_port()
@@ -227,7 +232,7 @@ class ServoLink:
 
 
 def _wait_for_hello(exchange: Exchange, timeout_s: float) -> Hello:
-    """Ask until the board has booted and answers; raises InputError if none answers or it speaks another version."""
+    """Ask until the board has booted and answers; raises InputError if none answers, WrongFirmwareError."""
     deadline = time.monotonic() + timeout_s
     while time.monotonic() < deadline:
         try:
@@ -246,22 +251,25 @@ def _wait_for_hello(exchange: Exchange, timeout_s: float) -> Hello:
 def _checked_hello(port: str, body: bytes) -> Hello:
     if not body or body[0] != messages.PROTOCOL_VERSION:
         found = f"version {body[0]}" if body else "no version"
-        raise InputError(
+        raise WrongFirmwareError(
             f"serial port {port}: its firmware speaks {found} of the protocol, this program version "
             f"{messages.PROTOCOL_VERSION}; {FIRMWARE_HINT}"
         )
     try:
         hello = messages.parse_hello(body)
     except messages.MessageError as error:
-        raise InputError(
+        raise WrongFirmwareError(
             f"serial port {port}: its firmware's hello makes no sense ({error}); {FIRMWARE_HINT}"
         ) from None
     major, minor = hello.firmware_version
     if major != messages.FIRMWARE_MAJOR:
-        raise InputError(
+        raise WrongFirmwareError(
             f"serial port {port}: its firmware is version {major}.{minor}, this program wants "
             f"{messages.FIRMWARE_MAJOR}.x; {FIRMWARE_HINT}"
         )
     if hello.n_servos != messages.N_SERVOS:
-        raise InputError(f"serial port {port}: its firmware drives {hello.n_servos} servos, {messages.N_SERVOS} wanted")
+        raise WrongFirmwareError(
+            f"serial port {port}: its firmware drives {hello.n_servos} servos, {messages.N_SERVOS} wanted; "
+            f"{FIRMWARE_HINT}"
+        )
     return hello

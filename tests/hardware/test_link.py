@@ -1,53 +1,22 @@
 from __future__ import annotations
 
-import os
-import pty
-import select
 import subprocess
 import sys
 import threading
-import tty
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
 
 from hardware.emulator import FirmwareEmulator
 from hardware.emulator.noise import NoisyLine
-from hardware.frames import FrameReader, encode
-from hardware.link import BoardResetError, LinkError, LinkLostError, RefusedError, ServoLink
+from hardware.frames import encode
+from hardware.link import BoardResetError, LinkError, LinkLostError, RefusedError, ServoLink, WrongFirmwareError
 from hardware.messages import DetachReason, Request, Status
 from models.errors import InputError
+from tests.support.scripted_board import HELLO, scripted_board
 
-HELLO = bytes.fromhex("01 01 00 03 e803 8813 a00f d007")
 HOME = [1500.0, 1500.0, 1500.0]
 PATIENCE_S = 10.0  # real time; only a failing test waits so long
-
-
-@contextmanager
-def scripted_board(answer: Callable[[bytes], bytes]) -> Iterator[str]:
-    """A port whose other end sends `answer(payload)` to each frame that it is sent."""
-    master, slave = pty.openpty()
-    tty.setraw(slave)
-    ending = threading.Event()
-
-    def serve() -> None:
-        reader = FrameReader()
-        while not ending.is_set():
-            if select.select([master], [], [], 0.02)[0]:
-                for payload in reader.feed(os.read(master, 1000)):
-                    os.write(master, answer(payload))
-
-    thread = threading.Thread(target=serve)
-    thread.start()
-    try:
-        yield os.ttyname(slave)
-    finally:
-        ending.set()
-        thread.join()
-        os.close(slave)
-        os.close(master)
 
 
 def is_at(board: FirmwareEmulator, pulses_us: list[float]) -> bool:
@@ -58,8 +27,8 @@ def is_limp(board: FirmwareEmulator) -> bool:
     return board.wait_until(lambda: bool(np.isnan(board.widths_us()).all()), PATIENCE_S)
 
 
-def refusal(port: str, boot_timeout_s: float = 0.5) -> str:
-    with pytest.raises(InputError) as caught:
+def refusal(port: str, kind: type[InputError] = InputError, boot_timeout_s: float = 0.5) -> str:
+    with pytest.raises(kind) as caught:
         ServoLink(port, boot_timeout_s=boot_timeout_s).connect()
     message = str(caught.value)
     assert "\n" not in message
@@ -68,19 +37,19 @@ def refusal(port: str, boot_timeout_s: float = 0.5) -> str:
 
 def test_firmware_of_another_protocol_version_is_refused_with_the_remedy() -> None:
     with scripted_board(lambda payload: encode(bytes((0x81, payload[1], 0, 2)) + HELLO[1:])) as port:
-        assert "speaks version 2 of the protocol, this program version 1; upload" in refusal(port)
+        assert "speaks version 2 of the protocol, this program version 1; upload" in refusal(port, WrongFirmwareError)
 
 
 def test_firmware_of_another_major_version_is_refused_with_the_remedy() -> None:
     newer = HELLO[:1] + b"\x02\x05" + HELLO[3:]
     with scripted_board(lambda payload: encode(bytes((0x81, payload[1], 0)) + newer)) as port:
-        assert "its firmware is version 2.5, this program wants 1.x; upload" in refusal(port)
+        assert "its firmware is version 2.5, this program wants 1.x; upload" in refusal(port, WrongFirmwareError)
 
 
 def test_another_number_of_servos_is_refused() -> None:
     four = HELLO[:3] + b"\x04" + HELLO[4:]
     with scripted_board(lambda payload: encode(bytes((0x81, payload[1], 0)) + four)) as port:
-        assert "drives 4 servos, 3 wanted" in refusal(port)
+        assert "drives 4 servos, 3 wanted; upload" in refusal(port, WrongFirmwareError)
 
 
 def test_another_sketch_that_talks_is_told_from_silence() -> None:

@@ -10,9 +10,11 @@ import pytest
 
 from hardware.doctor import check_board, check_disk, run_checks
 from hardware.emulator import FirmwareEmulator, missing_packages
+from hardware.frames import encode
 from models.errors import JobError
 from scenarios.commands.doctor import describe_renderer, doctor_command
 from tests.support.bench import bench_table, write_bench
+from tests.support.scripted_board import HELLO, scripted_board
 
 __all__ = ["bench_table", "write_bench"]
 
@@ -78,6 +80,25 @@ def test_a_port_that_nobody_answers_on_asks_for_the_firmware(silent_port: str):
     assert port.good is False
     assert "upload hardware/firmware/armtwin_firmware" in port.text
     assert firmware.good is None
+
+
+@pytest.mark.parametrize(
+    ("hello", "found"),
+    [
+        (b"\x02" + HELLO[1:], "speaks version 2 of the protocol"),
+        (HELLO[:1] + b"\x02\x05" + HELLO[3:], "is version 2.5"),
+    ],
+    ids=["protocol", "firmware"],
+)
+def test_a_board_with_another_firmware_answers_and_is_told_how_to_get_the_right_one(hello: bytes, found: str):
+    with scripted_board(lambda payload: encode(bytes((0x81, payload[1], 0)) + hello)) as name:
+        port, firmware = check_board(name)
+
+    assert port.good
+    assert port.text == f"{name} answers"
+    assert firmware.good is False
+    assert found in firmware.text
+    assert "upload hardware/firmware/armtwin_firmware" in firmware.text
 
 
 @pytest.mark.avr
