@@ -81,7 +81,11 @@ class Webcam:
         self._closing.clear()
         self._thread = threading.Thread(target=self._read, args=(device,), name="webcam", daemon=True)
         self._thread.start()
-        self.after(WARM_UP_PICTURES - 1, timeout_s=OPEN_TIMEOUT_S)
+        try:
+            self.after(WARM_UP_PICTURES - 1, timeout_s=OPEN_TIMEOUT_S)
+        except BaseException:  # also Ctrl-C: the camera must not stay busy
+            self.close()
+            raise
 
     def newest(self) -> Picture:
         """Return the newest picture, without waiting. Raises `CameraLostError`."""
@@ -109,11 +113,13 @@ class Webcam:
             return self._picture
 
     def close(self) -> None:
-        """Stop reading and release the camera. May be called twice."""
+        """Stop reading, release the camera and forget its pictures. May be called twice."""
         self._closing.set()
         if self._thread is not None and self._thread is not threading.current_thread():
             self._thread.join(READ_TIMEOUT_S + 1.0)  # a read that hangs ends by its own time limit
             self._thread = None
+        with self._changed:
+            self._picture, self._repeats, self._lost = None, 0, None
 
     def __enter__(self) -> Webcam:
         self.open()
