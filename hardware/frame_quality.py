@@ -5,7 +5,6 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from numpy.typing import NDArray
 
 from hardware.bench_tables import QualityTable
 from hardware.stillness import Grey
@@ -54,7 +53,7 @@ def edge_width_px(grey: Grey) -> float:
     slope = np.hypot(dx[rows, columns], dy[rows, columns], dtype=np.float64) * _SCHARR_SCALE
     steepest = np.argsort(slope)[-n:]
     rows, columns, slope = rows[steepest], columns[steepest], slope[steepest]
-    framed = cv2.copyMakeBorder(smooth, *[_REACH_PX] * 4, cv2.BORDER_REPLICATE)
+    framed = cv2.copyMakeBorder(smooth, _REACH_PX, _REACH_PX, _REACH_PX, _REACH_PX, cv2.BORDER_REPLICATE)
     around = sliding_window_view(framed, (2 * _REACH_PX + 1, 2 * _REACH_PX + 1))[rows, columns]
     contrast = np.ptp(around, axis=(1, 2)).astype(np.float64)
     useful = contrast >= _MIN_CONTRAST
@@ -76,8 +75,3 @@ def fault_of(grey: Grey, bounds: QualityTable) -> str | None:
         found = f"its sharpest edges are {width:.1f} px wide" if np.isfinite(width) else "no edges in it"
         return f"the picture is blurred ({found}); set camera.focus, clean the lens"
     return None
-
-
-def check_quality(image: NDArray[np.uint8], bounds: QualityTable) -> str | None:
-    """`fault_of` for an (H, W, 3) BGR picture."""
-    return fault_of(np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), dtype=np.uint8), bounds)
