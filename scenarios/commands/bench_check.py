@@ -14,6 +14,7 @@ from hardware.bench_check import Finding, run_bench_check
 from hardware.bench_file import BenchSetup, read_bench
 from hardware.hardware_bench import HardwareBench
 from models.errors import InputError, JobError
+from scenarios.commands.interrupts import ended_as_by_ctrl_c
 from scenarios.emulated_bench import EmulatedBench
 from scenarios.marker_finder import marker_finder
 
@@ -46,9 +47,9 @@ def bench_check_command(
 
 
 def check_bench(setup: BenchSetup) -> list[Finding]:
-    """Run the check; the servos are detached at its end and on every error."""
+    """Run the check; the servos are detached at its end, on every error and when the terminal is closed."""
     finder = marker_finder(setup.arm, setup.camera, setup.arm_plane_z_mm)
-    with HardwareBench(setup, finder) as bench:
+    with ended_as_by_ctrl_c(), HardwareBench(setup, finder) as bench:
         return run_bench_check(bench)
 
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import signal
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from types import FrameType
 from typing import Annotated
 
 import typer
@@ -19,6 +16,7 @@ from hardware.capture_folder import CaptureFolder
 from hardware.hardware_bench import HardwareBench
 from models.errors import InputError, JobError
 from models.plan import Plan
+from scenarios.commands.interrupts import ended_as_by_ctrl_c
 from scenarios.commands.outputs import check_out_folder
 from scenarios.emulated_bench import EmulatedBench
 from scenarios.marker_finder import marker_finder
@@ -79,8 +77,7 @@ def _run(setup: BenchSetup, recording: CaptureFolder, change_payload: ChangePayl
     finder = marker_finder(setup.arm, setup.camera, setup.arm_plane_z_mm)
     console = Console(stderr=True)
     total = len(recording.plan)
-    _interrupt_on(signal.SIGTERM, signal.SIGHUP)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+    with ended_as_by_ctrl_c(), Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         bar = progress.add_task("poses", total=total, completed=recording.done)
         try:
             with HardwareBench(setup, finder) as bench:
@@ -108,14 +105,3 @@ def _held_out(plan: Plan, plan_name: str, hold_out: list[str] | None) -> tuple[s
 def _ask_for_payload(payload_kg: float) -> None:
     what = f"Hang {1000 * payload_kg:g} g at the tip" if payload_kg else "Take the mass off the tip"
     typer.prompt(f"{what}, hands off, then press Enter", default="", show_default=False, err=True)
-
-
-def _interrupt_on(*signals: signal.Signals) -> None:
-    """Make these signals end the capture as Ctrl-C does: through every `finally`, so that the servos are detached."""
-
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        raise KeyboardInterrupt
-
-    handler: Callable[[int, FrameType | None], None] = interrupt
-    for number in signals:
-        signal.signal(number, handler)

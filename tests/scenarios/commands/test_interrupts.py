@@ -1,0 +1,26 @@
+import os
+import signal
+
+import pytest
+
+from scenarios.commands.interrupts import ended_as_by_ctrl_c
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_to_end_runs_every_finally_and_leaves_its_handler_as_it_was(number: signal.Signals):
+    before = signal.getsignal(number)
+    released = []
+
+    def hold_the_bench() -> None:
+        with ended_as_by_ctrl_c():
+            try:
+                os.kill(os.getpid(), number)
+                signal.pause()
+            finally:
+                released.append(number)
+
+    with pytest.raises(KeyboardInterrupt):
+        hold_the_bench()
+
+    assert released == [number]
+    assert signal.getsignal(number) == before
