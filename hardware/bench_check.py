@@ -39,18 +39,19 @@ def run_bench_check(bench: HardwareBench, report: Callable[[str], None] | None =
     """Arm a connected bench in its rest pose, move each joint to and fro, and judge; raises `JobError`.
 
     The picture is not used to find where to arm, since with a wrong servo map the arm would jump: a person has put it
-    into the rest pose.
+    into the rest pose. Nobody puts it there to the degree, so it is looked at only once arming has moved it.
     """
     setup = bench.setup
     rest = setup.rest_rad
     bench.arm_at(rest)
     seen_at_rest = _posture(bench, "at rest")
+    turn = min(PROBE_RAD, setup.limits.max_step_rad)
     turned = np.zeros((len(rest), len(rest)))
     for joint in range(len(rest)):
         if report is not None:
             report(f"moving joint {joint + 1}")
         probe = np.zeros_like(rest)
-        probe[joint] = PROBE_RAD if rest[joint] + PROBE_RAD <= setup.limits.max_rad[joint] else -PROBE_RAD
+        probe[joint] = turn if rest[joint] + turn <= setup.limits.max_rad[joint] else -turn
         bench.move(rest + probe)
         out = _posture(bench, f"after joint {joint + 1} moved")
         bench.move(rest)

@@ -1,14 +1,21 @@
 """The whole check on the emulated bench, once as wired and once with a file that says it wrong."""
 
+import signal
+import subprocess
+import sys
+import time
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 import tomli_w
 
 from hardware.bench_file import read_bench
 from hardware.emulator import missing_packages
+from hardware.hardware_bench import HardwareBench
 from models.errors import InputError, JobError
 from scenarios.commands.bench_check import bench_check_command, check_bench
 from scenarios.emulated_bench import EmulatedBench
@@ -32,6 +39,16 @@ def test_a_bench_wired_as_its_file_says_is_well(emulated: EmulatedBench):
     assert [finding.good for finding in findings] == [True, True, True, True]
 
 
+def test_a_limp_arm_that_hangs_off_its_rest_pose_is_no_fault_of_the_wiring(emulated: EmulatedBench):
+    setup = read_bench(emulated.bench_file)
+    with HardwareBench(setup) as bench:
+        bench.move(np.array([0.15, 0.0, 0.0]))  # where it stays when the servos are detached
+
+    findings = check_bench(setup)
+
+    assert [finding.text for finding in findings if not finding.good] == []
+
+
 def test_wrong_direction_and_exchanged_plugs_are_told_apart(emulated: EmulatedBench):
     table = tomllib.loads(emulated.bench_file.read_text())
     table["joints"][0]["direction"] *= -1
@@ -44,6 +61,36 @@ def test_wrong_direction_and_exchanged_plugs_are_told_apart(emulated: EmulatedBe
     assert "joint 1 turns the wrong way: set its direction = 1" in texts
     assert any(text.startswith("joint 2 turns joint 3 instead") for text in texts)
     assert any(text.startswith("joint 3 turns joint 2 instead") for text in texts)
+
+
+def test_a_bench_that_allows_smaller_steps_only_is_checked_by_those(emulated: EmulatedBench):
+    setup = read_bench(emulated.bench_file)
+
+    findings = check_bench(replace(setup, limits=replace(setup.limits, max_step_rad=0.06)))
+
+    assert [finding.text for finding in findings if not finding.good] == []
+
+
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGHUP])
+def test_a_check_ended_by_a_signal_detaches_at_once(emulated: EmulatedBench, how: signal.Signals):
+    code = (
+        "import sys; from scenarios.commands.bench_check import bench_check_command as check; check(sys.argv[1], True)"
+    )
+    with subprocess.Popen([sys.executable, "-c", code, str(emulated.bench_file)], stderr=subprocess.PIPE) as host:
+        wait_until(lambda: np.isfinite(emulated.widths_us()).all(), 30.0)
+        host.send_signal(how)
+        _, said = host.communicate(timeout=10.0)
+
+    assert b"KeyboardInterrupt" in said
+    # The firmware's own way out, for a host that just dies, takes two seconds.
+    wait_until(lambda: np.isnan(emulated.widths_us()).all(), 0.5)
+
+
+def wait_until(condition: Callable[[], object], timeout_s: float) -> None:
+    deadline = time.monotonic() + timeout_s
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.02)
 
 
 def test_a_hidden_marker_is_said_so(emulated: EmulatedBench):
