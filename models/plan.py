@@ -20,6 +20,10 @@ from models.trajectories import paper_trajectories
 Array = NDArray[np.float64]
 
 _MAX_BYTES = 1 << 26
+# Largest turn of a joint from pose to pose, rad, that a bench allows unless its file says otherwise.
+MAX_STEP_RAD = 0.5
+# Commands are written with 17 digits; this forgives the last of them.
+_ROUNDING_RAD = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +48,15 @@ def plan_of(commands: dict[str, Array]) -> Plan:
     names = np.concatenate([np.full(len(q), name) for name, q in commands.items()])
     q_cmd = np.concatenate(list(commands.values()))
     return Plan(names, q_cmd, np.zeros(len(q_cmd)))
+
+
+def steps_between(q_from: Array, q_to: Array, max_step_rad: float) -> Array:
+    """(k, n) poses on the straight line from `q_from` to `q_to`, the end included, none further than the step apart."""
+    k = max(1, int(np.ceil(np.abs(q_to - q_from).max() / max_step_rad - _ROUNDING_RAD)))
+    share = np.arange(1, k + 1)[:, None] / k
+    poses: Array = q_from + share * (q_to - q_from)
+    poses[-1] = q_to
+    return poses
 
 
 def read_plan(path: Path, n_joints: int) -> Plan:

@@ -8,7 +8,7 @@ import numpy as np
 
 from calib.diagnosis.diagnosis import Diagnosis
 from calib.diagnosis.experiments.by_hand import hand_separation
-from calib.diagnosis.experiments.poses import Candidate, candidates, space_of
+from calib.diagnosis.experiments.poses import Candidate, candidates, in_small_steps, space_of
 from calib.diagnosis.experiments.rivals import Rivals, rivals_of
 from calib.diagnosis.experiments.separation import confirmed, extended, separations
 from calib.diagnosis.fit import Data
@@ -96,12 +96,13 @@ def _often_enough(data: Data, candidate: Candidate, groups: list[Rivals]) -> tup
     if largest >= TELLING or largest * np.sqrt(_MOST_REPEATS) < TELLING:
         return candidate, found
     times = min(int(np.ceil((1.1 * TELLING / largest) ** 2)), _MOST_REPEATS)
-    longer = replace(
+    again = replace(
         candidate,
         q_cmd=np.tile(candidate.q_cmd, (times, 1)),
         payload_kg=np.tile(candidate.payload_kg, times),
         what=f"{candidate.what}, {times} times over",
     )
+    longer = in_small_steps(again)
     return longer, confirm(longer)
 
 

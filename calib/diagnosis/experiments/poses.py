@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from models.effects.context import Context
+from models.plan import MAX_STEP_RAD, steps_between
 
 Array = NDArray[np.float64]
 
@@ -72,8 +73,8 @@ def reversal(space: Space, joint: int) -> Candidate:
 def growing_steps(space: Space, joint: int) -> Candidate:
     """Steps there and back of one joint, each larger than the one before."""
     low, high = space.ranges[joint]
-    middle, reach = 0.5 * (low + high), 0.5 * (high - low)
-    sizes = np.geomspace(_FINEST_STEP_RAD, 0.95 * reach, 2 * _POSES)
+    middle, reach = 0.5 * (low + high), min(0.95 * 0.5 * (high - low), 0.5 * MAX_STEP_RAD)
+    sizes = np.geomspace(_FINEST_STEP_RAD, reach, 2 * _POSES)
     what = f"joint {joint + 1} steps there and back, every step larger than the one before"
     return _of_joint("growing_steps", space, joint, middle + sizes * (-1.0) ** np.arange(len(sizes)), what)
 
@@ -138,7 +139,7 @@ def camera_elsewhere(space: Space) -> Candidate:
         "(armtwin calibrate-camera)",
         "run this plan as a recording of its own and diagnose it: a cause in the arm stays, one in the camera goes",
     )
-    return Candidate("camera_elsewhere", q, np.zeros(len(q)), "the arm is seen from elsewhere", do)
+    return in_small_steps(Candidate("camera_elsewhere", q, np.zeros(len(q)), "the arm is seen from elsewhere", do))
 
 
 def gauge_in_plane(space: Space) -> Candidate:
@@ -189,7 +190,18 @@ def candidates(space: Space, joints: tuple[int, ...]) -> list[Candidate]:
     """List the plans that can be run on the bench as it stands; `joints` (from 0) are those in question."""
     usable = [name for name in (*_BY_JOINT, *_BY_ARM) if space.context.has_gravity or name not in _NEED_GRAVITY]
     found = [_BY_JOINT[name](space, joint) for name in usable if name in _BY_JOINT for joint in joints]
-    return found + [_BY_ARM[name](space) for name in usable if name in _BY_ARM]
+    found += [_BY_ARM[name](space) for name in usable if name in _BY_ARM]
+    return [in_small_steps(candidate) for candidate in found]
+
+
+def in_small_steps(candidate: Candidate) -> Candidate:
+    """Put poses between those that are further apart than a bench allows in one step; they are recorded like others."""
+    q, payload = [candidate.q_cmd[:1]], [candidate.payload_kg[:1]]
+    for row in range(1, len(candidate.q_cmd)):
+        steps = steps_between(candidate.q_cmd[row - 1], candidate.q_cmd[row], MAX_STEP_RAD)
+        q.append(steps)
+        payload.append(np.full(len(steps), candidate.payload_kg[row]))
+    return replace(candidate, q_cmd=np.concatenate(q), payload_kg=np.concatenate(payload))
 
 
 def _of_joint(name: str, space: Space, joint: int, path: Array, what: str) -> Candidate:

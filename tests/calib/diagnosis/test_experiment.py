@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,12 @@ import pytest
 
 from calib.diagnosis.diagnosis import Diagnosis, diagnose
 from calib.diagnosis.experiment import TELLING, Experiment, propose
-from calib.diagnosis.experiments.poses import NAMES, candidates, space_of
+from calib.diagnosis.experiments.poses import BY_HAND, NAMES, candidates, space_of
 from calib.diagnosis.experiments.rivals import rivals_of
 from calib.diagnosis.experiments.separation import confirmed, extended, separations
 from models.effects.registry import catalogue
 from models.kinematics import Deviation
-from models.plan import Plan, plan_of, read_plan, write_plan
+from models.plan import MAX_STEP_RAD, Plan, plan_of, read_plan, write_plan
 from models.world import World
 from sim.observe import make_recording
 from tests.support.worlds import scattered, upright_world, with_effect
@@ -62,6 +63,15 @@ def test_a_plan_stays_within_the_joints_ranges_but_for_a_small_margin(tie: Diagn
     margin = np.maximum(0.1 * np.ptp(seen, axis=0), 0.05)
     assert (proposed.plan.q_cmd >= seen.min(axis=0) - margin - 1e-12).all()
     assert (proposed.plan.q_cmd <= seen.max(axis=0) + margin + 1e-12).all()
+
+
+def test_every_plan_goes_in_steps_that_a_bench_allows(tie: Diagnosis) -> None:
+    context = tie.problem.context
+    wide = replace(context, q_cmd=3.0 * context.q_cmd)
+    space = space_of(wide)
+    for candidate in [*candidates(space, (0, 1, 2)), *(make(space) for make in BY_HAND.values())]:
+        assert np.abs(np.diff(candidate.q_cmd, axis=0)).max(initial=0.0) <= MAX_STEP_RAD + 1e-9, candidate.name
+        assert len(candidate.payload_kg) == len(candidate.q_cmd)
 
 
 def test_the_experiment_is_said_to_tell_and_why(proposed: Experiment) -> None:
@@ -123,7 +133,7 @@ def test_a_known_mass_stands_in_the_plan(tie: Diagnosis) -> None:
     payload = next(c for c in candidates(space_of(tie.problem.context), (0,)) if c.name == "known_payload")
     assert set(payload.payload_kg) == {0.0, 0.1}
     bare, loaded = (payload.q_cmd[payload.payload_kg == mass] for mass in (0.0, 0.1))
-    assert (bare == loaded).all()
+    assert (bare == loaded[-len(bare) :]).all()  # before these, poses on the way back to the first
     assert payload.instructions
 
 
