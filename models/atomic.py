@@ -1,7 +1,8 @@
-"""Writes that are whole or not at all: aside first, flushed to disk, then renamed."""
+"""Writes that are whole or not at all: aside first, flushed to disk, then renamed; the new name is flushed as well."""
 
 from __future__ import annotations
 
+import errno
 import json
 import math
 import os
@@ -30,6 +31,7 @@ def write_bytes(path: Path, data: bytes) -> None:
             os.fsync(stream.fileno())
         aside.chmod(0o644)
         aside.replace(path)
+        sync_folder(path.parent)
     except BaseException as error:
         aside.unlink(missing_ok=True)
         if isinstance(error, OSError) and error.filename is None:  # a full disk's error names no file
@@ -59,12 +61,29 @@ def folder_aside(target: Path) -> Iterator[Path]:
             old = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}.", suffix=_OLD))
             target.replace(old / target.name)
             aside.replace(target)
+            sync_folder(target.parent)
             shutil.rmtree(old)
         else:
             aside.replace(target)
+            sync_folder(target.parent)
     except BaseException:
         shutil.rmtree(aside, ignore_errors=True)
         raise
+
+
+def sync_folder(folder: Path) -> None:
+    """Flush the names in `folder` to disk: until then a power cut may take back what was made or renamed there."""
+    try:
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    except PermissionError:  # one may write into it, but not look
+        return
+    try:
+        os.fsync(handle)
+    except OSError as error:
+        if error.errno != errno.EINVAL:  # some network file systems know no flush of a folder
+            raise
+    finally:
+        os.close(handle)
 
 
 def leftovers(folder: Path) -> list[Path]:

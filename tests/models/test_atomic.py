@@ -1,4 +1,6 @@
 import json
+import os
+import stat
 from pathlib import Path
 
 import numpy as np
@@ -126,3 +128,33 @@ def test_a_folder_replaces_an_old_one_whole(tmp_path):
         (aside / "new").write_text("")
     assert [p.name for p in target.iterdir()] == ["new"]
     assert [p.name for p in tmp_path.iterdir()] == ["out"]
+
+
+@pytest.fixture
+def flushed(monkeypatch):
+    """What is flushed to disk, as (inode, names in the folder then); it is flushed indeed."""
+    seen = []
+    flush = os.fsync
+
+    def note(handle: int) -> None:
+        status = os.fstat(handle)
+        names = sorted(os.listdir(handle)) if stat.S_ISDIR(status.st_mode) else []
+        seen.append((status.st_ino, names))
+        flush(handle)
+
+    monkeypatch.setattr(os, "fsync", note)
+    return seen
+
+
+def test_a_power_cut_after_a_write_takes_back_neither_content_nor_name(tmp_path, flushed):
+    atomic.write_text(tmp_path / "x", "text")
+    assert flushed == [((tmp_path / "x").stat().st_ino, []), (tmp_path.stat().st_ino, ["x"])]
+
+
+def test_a_power_cut_after_a_folder_was_replaced_does_not_bring_the_old_one_back(tmp_path, flushed):
+    (tmp_path / "out").mkdir()
+    with atomic.folder_aside(tmp_path / "out"):
+        pass
+    ((inode, names),) = flushed
+    assert inode == tmp_path.stat().st_ino
+    assert "out" in names
