@@ -1,14 +1,13 @@
 """A recording that grows row by row: each pose is on disk before the arm moves on, and a broken-off one is taken up.
 
 recording.json     written first, whole
+servos.json        which pulses the commands became: no part of the recording, but it is taken up with the same only
 frames/000007.png  the picture of a pose, flushed to disk
 samples.csv        its row, appended and flushed after the picture: a row stands for a finished pose
 """
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import os
 import shutil
@@ -22,6 +21,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from hardware.capture_header import first_difference, read_json, servo_table
+from hardware.capture_rows import Row, cells_of, line_of, read_time_s, whole_rows
+from hardware.servo_map import ServoMap
 from models import atomic
 from models.arm import Arm
 from models.bench import Frame
@@ -33,7 +35,6 @@ from models.recording_writer import columns_of, header_of, row_of
 
 Array = NDArray[np.float64]
 
-_MAX_BYTES = 1 << 28
 # The arm waits for the picture to be written. Noise has no repeats to search for: this takes 23 ms of processor time at
 # 720p, level 1 with its search 59 ms for a larger file.
 _PNG = [
@@ -50,9 +51,12 @@ _IGNORED = {".DS_Store", "lost+found"}
 class CaptureFolder:
     """The recording folder of one plan on one arm; `open` it before anything moves."""
 
-    def __init__(self, folder: Path, arm: Arm, camera: Camera, arm_plane_z_mm: float, plan: Plan) -> None:
+    def __init__(
+        self, folder: Path, arm: Arm, camera: Camera, arm_plane_z_mm: float, servo_map: ServoMap, plan: Plan
+    ) -> None:
         self.folder = folder
         self.plan = plan
+        self._servo_map = servo_map
         self._arm = arm
         self._camera = camera
         self._arm_plane_z_mm = arm_plane_z_mm
@@ -68,8 +72,9 @@ class CaptureFolder:
     def check(self) -> None:
         """Count the poses that are on disk, and write nothing.
 
-        Raises `InputError` if the folder holds something else: another arm's or camera's data, another plan's poses, no
-        recording at all; or if the disk has no room for the pictures that are missing.
+        Raises `InputError` if the folder holds something else: another arm's or camera's data, another plan's poses,
+        what was captured with another servo map, no recording at all; or if the disk has no room for the pictures that
+        are missing.
         """
         with self._refusing():
             self._look()
@@ -126,8 +131,8 @@ class CaptureFolder:
         except OSError as error:
             raise InputError(f"{self.folder}: cannot be written ({error.strerror}); choose another folder") from None
 
-    def _look(self) -> bytes:
-        """Return the rows that are there and whole; refuse what is not this plan's recording."""
+    def _look(self) -> int:
+        """Return how many bytes of rows are to be kept; refuse what is not this plan's recording."""
         there = set(self.folder.iterdir()) - set(atomic.leftovers(self.folder)) if self.folder.is_dir() else set()
         found = {path.name for path in there} - _IGNORED
         if found and "recording.json" not in found:
@@ -138,48 +143,54 @@ class CaptureFolder:
             self._refuse_other_bench()
         self._refuse_full_disk()
         samples = self.folder / "samples.csv"
-        return self._take_up(samples) if samples.exists() else b""
+        return self._take_up(samples) if samples.exists() else 0
 
-    def _begin(self, kept: bytes) -> None:
-        """Make the folder ready for the next row behind those that are kept."""
+    def _begin(self, kept: int) -> None:
+        """Make the folder ready for the next row behind the bytes that are kept."""
         atomic.clear_leftovers(self.folder)
         if not (self.folder / "recording.json").exists():
             atomic.write_json(self.folder / "recording.json", self._header())
+        if not self._done:
+            atomic.write_json(self._servo_file, servo_table(self._servo_map))
         (self.folder / "frames").mkdir(exist_ok=True)
         samples = self.folder / "samples.csv"
         self._handle = os.open(samples, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
-        os.ftruncate(self._handle, len(kept))
+        os.ftruncate(self._handle, kept)
         if not kept:
-            _append(self._handle, _line(self._columns()))
+            _append(self._handle, line_of(self._columns()))
+        atomic.sync_folder(self.folder)
+        atomic.sync_folder(self.folder.absolute().parent)
 
-    def _take_up(self, samples: Path) -> bytes:
-        """Count the finished rows, check them against the plan, and return the content that is whole."""
-        if samples.stat().st_size > _MAX_BYTES:
-            raise RecordingError(f"{samples}: larger than {_MAX_BYTES} bytes; choose another --out")
-        content = samples.read_bytes()
-        content = content[: content.rfind(b"\n") + 1]  # a torn last row, from a power cut, is done again
-        try:
-            lines = list(csv.reader(io.StringIO(content.decode("utf-8"))))
-        except (UnicodeDecodeError, csv.Error) as error:
-            raise RecordingError(f"{samples}: not a CSV file in UTF-8 ({error}); choose another --out") from None
+    def _take_up(self, samples: Path) -> int:
+        """Count the finished rows, check them against the plan, and return how many bytes they are."""
+        lines = whole_rows(samples)
         if not lines:
-            return b""
-        if lines[0] != self._columns():
+            return 0
+        header, *rows = lines
+        if header.cells != self._columns():
             raise RecordingError(f"{samples}: its columns are not those of this plan's capture; choose another --out")
-        rows = lines[1:]
-        for sample, cells in enumerate(rows):
-            self._refuse_other_row(samples, sample, cells)
+        while rows and self._lacks_its_picture(len(rows) - 1, rows[-1]):
+            rows.pop()
+        times = [self._checked_time(samples, sample, row.cells) for sample, row in enumerate(rows)]
+        if rows:
+            self._refuse_other_servos()
         self._done = len(rows)
-        if rows and rows[-1][1]:
-            pause_s = max(0.0, time.time() - samples.stat().st_mtime)
-            self._time_offset_s = float(rows[-1][1]) + pause_s
-        return content
+        if times and times[-1] is not None:
+            self._time_offset_s = times[-1] + max(0.0, time.time() - samples.stat().st_mtime)
+        return [header, *rows][-1].end
 
-    def _refuse_other_row(self, samples: Path, sample: int, cells: list[str]) -> None:
+    def _lacks_its_picture(self, sample: int, row: Row) -> bool:
+        """Whether a row is as a capture writes it, but its picture never reached the disk: it is done again."""
+        if sample >= len(self.plan) or self.frame_path(sample).exists():
+            return False
+        return row.cells[2:] == cells_of(self._row(sample, 0.0))[2:]  # a measured one is no capture's to drop
+
+    def _checked_time(self, samples: Path, sample: int, cells: list[str]) -> float | None:
+        """Return when a row was taken; raises `RecordingError` if it is not this plan's, or lacks its picture."""
         where = f"{samples}: line {sample + 2}"
         if sample >= len(self.plan):
             raise RecordingError(f"{where}: the plan has {len(self.plan)} poses only; choose another --out")
-        wanted = _cells(self._row(sample, 0.0))
+        wanted = cells_of(self._row(sample, 0.0))
         keys = [0, *range(2, 3 + self._arm.n_joints)]  # sample, trajectory and commands; time and markers are free
         if len(cells) != len(wanted) or [cells[k] for k in keys] != [wanted[k] for k in keys]:
             raise RecordingError(
@@ -188,20 +199,28 @@ class CaptureFolder:
             )
         if not self.frame_path(sample).is_file():
             raise RecordingError(f"{where}: its picture frames/{sample:06d}.png is missing; choose another --out")
+        return read_time_s(cells[1], where)
+
+    def _refuse_other_servos(self) -> None:
+        path = self._servo_file
+        found = read_json(path) if path.exists() else None
+        wanted = servo_table(self._servo_map)
+        if found != wanted:
+            raise RecordingError(
+                f"{path}: the poses here were captured with another servo map "
+                f"({first_difference('joints', found, wanted)}); choose another --out, or set the bench file back"
+            )
 
     def _refuse_other_bench(self) -> None:
         path = self.folder / "recording.json"
-        try:
-            found = json.loads(path.read_text("utf-8"))
-        except (ValueError, RecursionError) as error:
-            raise RecordingError(f"{path}: not JSON ({error}); choose another --out") from None
+        found = read_json(path)
         wanted: dict[str, Any] = json.loads(json.dumps(self._header()))
         for key in ("schema", "arm", "camera", "arm_plane_z_mm"):
             here = found.get(key) if isinstance(found, dict) else None
             if here != wanted[key]:
                 what = "another arm's data" if key == "arm" else f"data with another {key}"
                 raise RecordingError(
-                    f"{path}: holds {what} ({_first_difference(key, here, wanted[key])}); choose another --out"
+                    f"{path}: holds {what} ({first_difference(key, here, wanted[key])}); choose another --out"
                 )
 
     def _refuse_full_disk(self) -> None:
@@ -215,6 +234,10 @@ class CaptureFolder:
                 "free; make room or choose another --out"
             )
 
+    @property
+    def _servo_file(self) -> Path:
+        return self.folder / "servos.json"
+
     def _header(self) -> dict[str, Any]:
         return header_of(self._recording(0, 0.0))
 
@@ -222,7 +245,7 @@ class CaptureFolder:
         return columns_of(self._recording(0, 0.0))
 
     def _row(self, sample: int, time_s: float) -> bytes:
-        return _line(row_of(self._recording(sample, time_s), 0))
+        return line_of(row_of(self._recording(sample, time_s), 0))
 
     def _recording(self, sample: int, time_s: float) -> Recording:
         """One row as a recording; its markers are not measured yet, which an empty cell says."""
@@ -246,22 +269,3 @@ def _append(handle: int, data: bytes) -> None:
     while view:
         view = view[os.write(handle, view) :]
     os.fsync(handle)
-
-
-def _line(cells: list[str]) -> bytes:
-    out = io.StringIO()
-    csv.writer(out, lineterminator="\n").writerow(cells)
-    return out.getvalue().encode("utf-8")
-
-
-def _cells(line: bytes) -> list[str]:
-    return next(csv.reader([line.decode("utf-8")]))
-
-
-def _first_difference(key: str, found: Any, wanted: Any) -> str:
-    """Name the first key at which two tables differ, and both values."""
-    if isinstance(found, dict) and isinstance(wanted, dict):
-        for name in {**wanted, **found}:
-            if found.get(name) != wanted.get(name):
-                return _first_difference(f"{key}.{name}", found.get(name), wanted.get(name))
-    return f"{key}: {str(found)[:60]} there, {str(wanted)[:60]} here"

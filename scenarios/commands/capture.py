@@ -62,7 +62,7 @@ def capture(
     if change_payload is None and plan.payload_kg.any() and not sys.stdin.isatty():
         raise InputError(f"{file}: column 'payload_kg' changes, which needs a person at the terminal to hang the mass")
     check_out_folder(out)
-    recording = CaptureFolder(out, setup.arm, setup.camera, setup.arm_plane_z_mm, plan)
+    recording = CaptureFolder(out, setup.arm, setup.camera, setup.arm_plane_z_mm, setup.servo_map, plan)
     recording.check()
     try:
         if recording.done < len(plan):

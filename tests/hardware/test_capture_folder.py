@@ -3,6 +3,7 @@
 import json
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -10,19 +11,26 @@ import numpy as np
 import pytest
 
 from hardware.capture_folder import CaptureFolder
+from hardware.servo_map import ServoMap
 from models.arm import Arm, nominal_arm
 from models.bench import Frame
 from models.camera_files import nominal_camera
 from models.errors import InputError, JobError, RecordingError
 from models.plan import Plan
 from models.recording_reader import read_recording
+from models.recording_writer import write_recording
 from tests.support.disks import mounted
 
+SERVOS = ServoMap(np.array([0, 1, 2]), np.full(3, 1500.0), np.array([636.62, -636.62, 636.62]))
 PLAN = Plan(np.array(["a", "a", "b", "b"]), np.linspace(0.0, 0.3, 12).reshape(4, 3), np.zeros(4))
 
 
-def begin(folder: Path, plan: Plan = PLAN, arm: Arm | None = None) -> CaptureFolder:
-    recording = CaptureFolder(folder, arm or nominal_arm(), nominal_camera(), -80.87, plan)
+def unopened(folder: Path, plan: Plan = PLAN, arm: Arm | None = None, servos: ServoMap = SERVOS) -> CaptureFolder:
+    return CaptureFolder(folder, arm or nominal_arm(), nominal_camera(), -80.87, servos, plan)
+
+
+def begin(folder: Path, plan: Plan = PLAN, arm: Arm | None = None, servos: ServoMap = SERVOS) -> CaptureFolder:
+    recording = unopened(folder, plan, arm, servos)
     recording.open()
     return recording
 
@@ -45,12 +53,12 @@ def folder(tmp_path: Path) -> Path:
 
 
 def test_a_check_counts_what_is_there_and_writes_nothing(folder: Path):
-    CaptureFolder(folder, nominal_arm(), nominal_camera(), -80.87, PLAN).check()
+    unopened(folder).check()
     assert not folder.exists()
 
     fill(folder, 2)
     before = {path: path.stat().st_mtime_ns for path in folder.rglob("*")}
-    there = CaptureFolder(folder, nominal_arm(), nominal_camera(), -80.87, PLAN)
+    there = unopened(folder)
     there.check()
 
     assert there.done == 2
@@ -151,6 +159,72 @@ def test_a_row_torn_by_a_power_cut_is_done_again(folder: Path):
     assert list(read_recording(folder).sample) == [0, 1, 2, 3]
 
 
+@pytest.mark.parametrize("lost", [1, 3])
+def test_last_rows_whose_pictures_a_power_cut_took_are_done_again(folder: Path, lost: int):
+    fill(folder, 3)
+    for sample in range(3 - lost, 3):
+        (folder / "frames" / f"{sample:06d}.png").unlink()
+
+    assert begin(folder).done == 3 - lost
+    fill(folder, 4)
+
+    assert list(read_recording(folder).sample) == [0, 1, 2, 3]
+    assert all((folder / "frames" / f"{sample:06d}.png").is_file() for sample in range(4))
+
+
+def test_a_measured_row_without_its_picture_is_not_dropped(folder: Path):
+    fill(folder, 2)
+    recording = read_recording(folder)
+    markers = {name: np.full((2, 2), 100.0) for name in recording.markers_px}
+    write_recording(folder, replace(recording, markers_px=markers))
+    (folder / "frames" / "000001.png").unlink()
+
+    with pytest.raises(RecordingError, match=r"frames/000001.png is missing"):
+        begin(folder)
+
+
+@pytest.mark.parametrize("time_s", ["abc", "nan", "inf", "1.0.0"])
+def test_a_time_that_is_none_is_refused_by_its_line(folder: Path, time_s: str):
+    fill(folder, 2)
+    samples = folder / "samples.csv"
+    lines = samples.read_text().splitlines(keepends=True)
+    cells = lines[-1].split(",")
+    samples.write_text("".join(lines[:-1]) + ",".join([cells[0], time_s, *cells[2:]]))
+
+    with pytest.raises(RecordingError, match=rf"samples.csv: line 3: time_s is '{time_s}', a finite number .* wanted"):
+        begin(folder)
+
+
+def other_zero() -> ServoMap:
+    return replace(SERVOS, zero_us=np.array([1500.0, 1344.0, 1500.0]))
+
+
+def test_what_another_servo_map_captured_is_not_gone_on_with(folder: Path):
+    fill(folder, 2)
+
+    with pytest.raises(
+        RecordingError, match=r"another servo map \(joints.2.zero_us: 1500.0 there, 1344.0 here\); choose another"
+    ):
+        begin(folder, servos=other_zero())
+
+    assert begin(folder).done == 2
+
+
+def test_a_servo_map_that_no_pose_was_captured_with_may_still_be_mended(folder: Path):
+    begin(folder).close()
+    begin(folder, servos=other_zero()).add(frame(0))
+
+    assert begin(folder, servos=other_zero()).done == 1
+
+
+def test_poses_of_which_nobody_knows_the_servo_map_are_not_gone_on_with(folder: Path):
+    fill(folder, 2)
+    (folder / "servos.json").unlink()
+
+    with pytest.raises(RecordingError, match="another servo map"):
+        begin(folder)
+
+
 def test_another_arms_data_is_refused_and_left_alone(folder: Path):
     fill(folder, 2)
     before = (folder / "samples.csv").read_bytes()
@@ -182,9 +256,9 @@ def test_a_recording_longer_than_the_plan_is_refused(folder: Path):
 
 def test_a_missing_picture_is_named(folder: Path):
     fill(folder, 2)
-    (folder / "frames" / "000001.png").unlink()
+    (folder / "frames" / "000000.png").unlink()
 
-    with pytest.raises(RecordingError, match=r"frames/000001.png is missing"):
+    with pytest.raises(RecordingError, match=r"frames/000000.png is missing"):
         begin(folder)
 
 

@@ -73,7 +73,7 @@ def test_folder_with_another_arms_data_is_refused(bench: Path, tmp_path: Path):
     here = read_bench(bench)
     other = Arm("planar3", np.array([100.0, 100.0, 38.0, 6.73]), np.zeros(2))
     poses = Plan(np.array(["t"]), np.zeros((1, 3)), np.zeros(1))
-    there = CaptureFolder(tmp_path / "out", other, here.camera, here.arm_plane_z_mm, poses)
+    there = CaptureFolder(tmp_path / "out", other, here.camera, here.arm_plane_z_mm, here.servo_map, poses)
     there.open()
     there.close()
 
