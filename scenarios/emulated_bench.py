@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from hardware.bench_file import read_bench
 from models.arm import nominal_arm
 from models.camera_files import nominal_camera, write_camera
-from models.errors import JobError
+from models.errors import InputError, JobError
 from models.kinematics import Deviation
 from models.world import World, ideal_world
 from scenarios.emulated_film import film
@@ -30,6 +30,8 @@ from sim.sensor import Sensor
 Array = NDArray[np.float64]
 
 ARM_PLANE_Z_MM = -80.87  # section 3.2 of the paper
+MIN_SPEED = 0.1
+MAX_SPEED = 4.0  # beyond it the firmware's two seconds of silence pass faster than a busy host may answer
 START_TIMEOUT_S = 120.0  # the firmware and the emulator are built on the first start
 
 
@@ -55,7 +57,10 @@ def bench_table(port: str, url: str) -> dict[str, Any]:
 class EmulatedBench:
     """Starts the emulated Arduino, the arm and the stream in a process of their own; use as a context manager.
 
-    `make_world` is called in that process, so it must be a function of a module; `speed` is the emulated time's.
+    `make_world` is called in that process, so it must be a function of a module. At `speed` 2 a second of the arm and
+    the Arduino passes in half a second; the stream stays at 30 Hz, and what the host waits for (three or four still
+    pictures, timeouts) stays in real time, so that a capture gains less than `speed`, and nothing on a machine that has
+    not the time to emulate so fast: two cores make 2. Raises `InputError` for a speed that is not from 0.1 to 4.
     """
 
     def __init__(
@@ -66,6 +71,8 @@ class EmulatedBench:
         shadows: bool = False,
         speed: float = 1.0,
     ) -> None:
+        if not MIN_SPEED <= speed <= MAX_SPEED:  # false for NaN
+            raise InputError(f"speed of the emulated bench: {speed:g} is not between {MIN_SPEED:g} and {MAX_SPEED:g}")
         self._make_world = make_world
         self._sensor = Sensor() if sensor is None else sensor
         self._shadows = shadows
