@@ -102,6 +102,8 @@ class ServoLink:
     def reconnect(self, timeout_s: float = 10.0) -> Hello:
         """Close the port and open it again, waiting up to `timeout_s` for it to come back; the servos are detached.
 
+        For programs that go on over a reset or a loose plug, as after LinkLostError and BoardResetError. A capture does
+        not: where a limp arm fell to is for its next start to see, which takes the recording up behind its last pose.
         Raises InputError, as `connect` does, if it cannot be opened in that time.
         """
         deadline = time.monotonic() + timeout_s
@@ -153,7 +155,10 @@ class ServoLink:
         return state
 
     def stop(self) -> None:
-        """Hold the servos where they are in the midst of a move; they stay armed."""
+        """Hold the servos where they are in the midst of a move; they stay armed.
+
+        For programs that break a move off and go on. A capture that is broken off detaches them, as `close` does.
+        """
         self._ask(Request.STOP)
 
     def detach(self) -> None:
