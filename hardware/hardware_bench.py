@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from hardware.bench_file import BenchSetup
 from hardware.frame_quality import fault_of
 from hardware.limits import steps_between
-from hardware.link import BoardState, Hello, RefusedError, ServoLink
+from hardware.link import BoardResetError, BoardState, Hello, LinkError, RefusedError, ServoLink
 from hardware.posture import FindMarkers, joint_angles, link_vectors_mm
 from hardware.stillness import Grey, NoiseModel, StillnessWatch, to_grey
 from hardware.webcam import CameraLostError, Picture, Webcam
@@ -67,6 +67,7 @@ class HardwareBench:
             setup.camera_settings, camera.image_width, camera.image_height, frozen_s=setup.quality.frozen_s
         )
         self.noise: NoiseModel | None = None
+        self.detached = True  # whether the servos are known to be without pulses
         self._find_markers = find_markers
         self._q: Array | None = None
         self._resting: tuple[Picture, Grey] | None = None  # what the last move ended with, until it is captured
@@ -112,8 +113,9 @@ class HardwareBench:
         return Frame(picture.image, picture.arrived_s - self._started_s)
 
     def close(self) -> None:
-        """Detach the servos, then release the camera. May be called twice."""
+        """Detach the servos, which `detached` tells of then, and release the camera. May be called twice."""
         try:
+            self.detached = self.detached or self._detach()
             self.link.close()
         finally:
             self._q = None
@@ -132,6 +134,7 @@ class HardwareBench:
         self.setup.limits.check_pose(q, "arming")
         before = to_grey(self.webcam.newest().image)
         sent_s = time.monotonic()
+        self.detached = False
         self.link.arm(self.setup.servo_map.pulses_us(q))
         self._q = q
         self._wait_for_rest(before, sent_s)
@@ -152,6 +155,16 @@ class HardwareBench:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _detach(self) -> bool:
+        """Detach the servos, and tell whether the board has said that they are."""
+        try:
+            self.link.detach()
+        except BoardResetError:  # it boots detached
+            return True
+        except LinkError:
+            return False
+        return True
 
     def _set_out(self, q: Array) -> None:
         seen = self.posture()

@@ -25,6 +25,7 @@ from scenarios.plans import load_plan
 EMULATED = "emulated"
 # The paper validates on its line (section 4).
 _PAPER_HELD_OUT = ("line",)
+_UNHEARD = "the board does not answer and detaches the servos itself, two seconds after it last heard the program"
 
 
 def capture_command(
@@ -79,16 +80,17 @@ def _run(setup: BenchSetup, recording: CaptureFolder, change_payload: ChangePayl
     total = len(recording.plan)
     with ended_as_by_ctrl_c(), Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         bar = progress.add_task("poses", total=total, completed=recording.done)
+        bench = HardwareBench(setup, finder)
         try:
-            with HardwareBench(setup, finder) as bench:
+            with bench:
                 recording.open()  # only now: a port that is missing leaves no folder behind
                 for note in bench.webcam.notes:
                     console.print(f"armtwin: {note}", highlight=False, markup=False, soft_wrap=True)
                 run_capture(bench, recording, lambda done, _: progress.update(bar, completed=done), change_payload)
         except JobError as error:
+            servos = "the servos are detached" if bench.detached else _UNHEARD
             raise JobError(
-                f"{error}; the servos are detached, {recording.done} of {total} poses are kept: "
-                "run the same command again to go on"
+                f"{error}; {servos}; {recording.done} of {total} poses are kept: run the same command again to go on"
             ) from None
 
 

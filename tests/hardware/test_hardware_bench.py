@@ -216,7 +216,28 @@ def test_closing_detaches_and_is_safe_twice(wired: BenchSetup, board: FirmwareEm
     bench.close()
     bench.close()
 
+    assert bench.detached
     assert limp(board)
+
+
+def test_a_board_that_cannot_be_reached_is_not_said_to_be_detached(wired: BenchSetup, board: FirmwareEmulator):
+    bench = HardwareBench(wired)
+    bench.connect()
+    assert bench.detached  # it was never armed
+    bench.move(np.array([0.1, 0.0, 0.0]))
+    board.unplug()
+    bench.close()
+    bench.close()
+
+    assert not bench.detached
+
+
+def test_a_board_that_was_reset_is_detached(bench: HardwareBench, board: FirmwareEmulator):
+    bench.move(np.array([0.1, 0.0, 0.0]))
+    board.reset()
+    bench.close()
+
+    assert bench.detached
 
 
 def test_an_error_in_the_callers_block_detaches(wired: BenchSetup, board: FirmwareEmulator):

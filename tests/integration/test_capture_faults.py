@@ -298,6 +298,24 @@ def test_host_halted_in_the_middle_of_a_move_for_longer_than_the_board_waits(
 
     assert host.process.returncode != 0
     assert "the board has detached the servos by itself (silence)" in said.decode()
+    assert "the servos are detached" in said.decode()
     assert "run the same command again" in said.decode()
     assert len(read_recording(host.folder)) == 2
     goes_on(setup, open_recording(setup, host.folder))
+
+
+def test_host_does_not_say_of_an_unplugged_board_that_it_is_detached(
+    emulated: EmulatedBench, slow_bench_file: Path, tmp_path: Path
+):
+    host = Host(slow_bench_file, tmp_path)
+    host.wait_for_rows(2)
+    emulated.tell("unplug")
+    try:
+        _, said = host.process.communicate(timeout=30.0)
+    finally:
+        assert detached(emulated, 3 * SILENCE_S)
+        emulated.tell("plug")
+
+    assert "the board does not answer and detaches the servos itself" in said.decode()
+    assert "2 of 5 poses are kept" in said.decode()
+    assert "the servos are detached" not in said.decode()
