@@ -1,9 +1,15 @@
 """What is made of the turns that the picture shows; the whole check runs in tests/scenarios/commands."""
 
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
 import numpy as np
 
+import hardware
 from hardware.bench_check import judge_joint, judge_zeros
-from hardware.bench_file import BenchSetup
+from hardware.bench_file import BenchSetup, read_bench
 
 
 def test_a_joint_that_does_as_told_is_good(setup: BenchSetup):
@@ -55,3 +61,16 @@ def test_small_zero_offsets_are_left_to_the_calibration(setup: BenchSetup):
     (finding,) = judge_zeros(setup, np.radians([1.1, 1.0, 4.8]))
 
     assert finding.good
+
+
+def test_the_guide_shows_what_is_said_of_its_own_bench_file(write_bench: Callable[[dict[str, Any]], Path]):
+    guide = Path(hardware.__file__).parent
+    setup = read_bench(write_bench(tomllib.loads((guide / "guide" / "bench.toml").read_text("utf-8"))))
+    findings = [
+        judge_joint(setup, 0, np.array([1.01, 0.0, 0.0])),
+        judge_joint(setup, 1, np.array([0.0, -1.0, 0.0])),
+        *judge_zeros(setup, np.radians([0.0, 0.0, 14.0])),
+    ]
+
+    shown = [f"{'ok  ' if finding.good else 'FAIL'}  {finding.text}" for finding in findings]
+    assert "\n".join(f"    {line}" for line in shown) in (guide / "bench-guide.md").read_text("utf-8")
