@@ -13,10 +13,10 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from models.camera import back_project, distort_jacobian
+from models.camera import back_project
 from models.effects.context import Context, nominal_links
 from models.effects.predict import Active, Geometry, camera_path, joint_angles, marker_points
-from models.frames import board_to_robot, robot_to_board
+from models.frames import R_ROBOT_BOARD, board_to_robot, robot_to_board
 from models.recording import Recording
 
 Array = NDArray[np.float64]
@@ -98,7 +98,7 @@ class Problem:
         points = marker_points(self.context, self.geometry(g), q, effects)
         board = robot_to_board(points, self.base_in_board_mm)
         pixels = camera_path(self.context, effects).project(camera, board)
-        by_x, by_y = self._slopes(board)
+        by_x, by_y = self._slopes(board, effects)
         J = np.zeros((*pixels.shape, len(g)))
         J[..., 0], J[..., 1] = by_x, by_y
         directions = self.context.directions(q)
@@ -109,13 +109,13 @@ class Problem:
                 J[:, column, :, 3 + 2 * slot] = -along.imag * by_x[:, column] + along.real * by_y[:, column]
         return pixels, J
 
-    def jacobian_by_joint(self, g: Array, q: Array) -> Array:
-        """(N, M, d, n) derivative of the channels by the link angles (N, n)."""
+    def jacobian_by_joint(self, g: Array, q: Array, effects: Sequence[Active] = ()) -> Array:
+        """(N, M, d, n) derivative of the channels by the link angles (N, n), seen as the camera's `effects` have it."""
         if not self.is_pixels:
             return np.broadcast_to(np.eye(q.shape[1])[:, None, :], (*q.shape, 1, q.shape[1]))
         geometry = self.geometry(g)
         points = marker_points(self.context, geometry, q)
-        by_x, by_y = self._slopes(robot_to_board(points, self.base_in_board_mm))
+        by_x, by_y = self._slopes(robot_to_board(points, self.base_in_board_mm), effects)
         links = geometry.links * self.context.directions(q)
         hinges = np.concatenate([np.zeros((len(q), 1), dtype=complex), np.cumsum(links, axis=-1)], axis=-1)
         J = np.zeros((*by_x.shape, q.shape[1]))
@@ -136,21 +136,14 @@ class Problem:
     def pixels_by_plane(self, g: Array) -> tuple[Array, Array]:
         """Two (N, M, 2) derivatives of the pixels by the robot's x and y, pixels per mm, at the commanded poses."""
         points = marker_points(self.context, self.geometry(g), self.context.q_cmd)
-        return self._slopes(robot_to_board(points, self.base_in_board_mm))
+        return self._slopes(robot_to_board(points, self.base_in_board_mm), ())
 
-    def _slopes(self, board: Array) -> tuple[Array, Array]:
-        """Two (N, M, 2) derivatives of the assumed camera's pixels by the robot's x and y at board points."""
+    def _slopes(self, board: Array, effects: Sequence[Active]) -> tuple[Array, Array]:
+        """Two (N, M, 2) derivatives of the pixels by the robot's x and y at board points."""
         camera = self.context.camera
         assert camera is not None
-        X = board @ camera.R_board_camera.T + camera.t_board_camera_mm
-        z = X[..., 2:3]
-        xy = X[..., :2] / z
-        lens = camera.K[:2, :2] @ distort_jacobian(xy, camera.D)
-        out = []
-        for axis in (-camera.R_board_camera[:, 0], camera.R_board_camera[:, 1]):  # robot x, y in camera axes
-            d_xy = (axis[:2] - xy * axis[2]) / z
-            out.append(np.einsum("...ij,...j->...i", lens, d_xy))
-        return out[0], out[1]
+        by_x, by_y = camera_path(self.context, effects).slopes(camera, board, R_ROBOT_BOARD[:2])
+        return by_x, by_y
 
 
 def problem_of(recording: Recording) -> Problem:

@@ -39,7 +39,8 @@ class Screen:
         self._prior = float((((base.g - problem.nominal) / problem.prior_std) ** 2).sum())
         # The same in joint space.
         residual = np.where(counts[..., None], problem.observed - predicted, 0.0) / data.noise
-        by_joint = np.where(counts[..., None, None], problem.jacobian_by_joint(base.g, self._q), 0.0) / data.noise
+        by_joint = problem.jacobian_by_joint(base.g, self._q, base.effects)
+        by_joint = np.where(counts[..., None, None], by_joint, 0.0) / data.noise
         by_g = np.where(counts[..., None, None], by_g, 0.0) / data.noise
         sent = [active for active in base.effects if active.effect.stage == Stage.COMMAND]
         self.evidence = Evidence(

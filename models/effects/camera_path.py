@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from models.camera import Camera, distort, to_pixels
+from models.camera import Camera, distort, distort_jacobian, to_pixels
 
 Array = NDArray[np.float64]
 
@@ -52,13 +52,30 @@ class CameraPath:
 
     def project(self, camera: Camera, points_board_mm: Array) -> Array:
         """Project (N, M, 3) board points, mm, to (N, M, 2) raw pixels."""
+        X = self._before_camera(camera, points_board_mm)
+        xy = distort(X[..., :2] / X[..., 2:3], camera.D + self.distortion)
+        return to_pixels(camera, xy * self._scale)
+
+    def slopes(self, camera: Camera, points_board_mm: Array, directions: Array) -> Array:
+        """(k, N, M, 2) pixels per mm by which (N, M, 3) board points move along (k, 3) board directions."""
+        X = self._before_camera(camera, points_board_mm)
+        z = X[..., 2:3]
+        xy = X[..., :2] / z
+        lens = camera.K[:2, :2] @ distort_jacobian(xy, camera.D + self.distortion)
+        along = _rotate((directions @ camera.R_board_camera.T)[:, None, None, :], self.rotation_rad[:, None, :])
+        moved = (along[..., :2] - xy * along[..., 2:3]) / z
+        return np.asarray((lens @ moved[..., None])[..., 0] * self._scale)
+
+    @property
+    def _scale(self) -> Array:
+        return self.focal_scale[:, None, None]
+
+    def _before_camera(self, camera: Camera, points_board_mm: Array) -> Array:
+        """(N, M, 3) board points in the camera's axes, mm."""
         X = points_board_mm @ camera.R_board_camera.T + camera.t_board_camera_mm
         if self.rotation_rad.any() or self.translation_mm.any():
             X = _rotate(X, self.rotation_rad[:, None, :]) + self.translation_mm[:, None, :]
-        xy = distort(X[..., :2] / X[..., 2:3], camera.D + self.distortion)
-        if np.any(self.focal_scale != 1.0):
-            xy = xy * self.focal_scale[:, None, None]
-        return to_pixels(camera, xy)
+        return X
 
 
 def _rotate(X: Array, rotation: Array) -> Array:

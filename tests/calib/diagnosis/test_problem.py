@@ -17,11 +17,12 @@ from tests.support.recordings import BASE_MM, recording
 def test_the_derivative_by_the_geometry_is_that_of_the_prediction(markers: str) -> None:
     problem = problem_of(recording(markers=markers))
     g = problem.nominal + 0.3
-    _, J = problem.predict_with_jacobian(g, ())
+    tilted = (Active(effect_named("camera_tilt"), Site(), np.array([0.05, -0.03])),)
+    _, J = problem.predict_with_jacobian(g, tilted)
     for k in range(len(g)):
         step = np.zeros(len(g))
         step[k] = 1e-4
-        slope = (problem.predict(g + step, ()) - problem.predict(g - step, ())) / 2e-4
+        slope = (problem.predict(g + step, tilted) - problem.predict(g - step, tilted)) / 2e-4
         np.testing.assert_allclose(J[..., k], slope, atol=1e-5)
 
 

@@ -29,3 +29,14 @@ def test_zooms_multiply_and_distortions_add() -> None:
     path = CameraPath.as_assumed().zoomed(np.array([1.1])).zoomed(np.array([0.9])).distorted(np.ones(5))
     np.testing.assert_allclose(path.focal_scale, [0.99])
     np.testing.assert_allclose(path.distorted(np.ones(5)).distortion, np.full(5, 2.0))
+
+
+def test_slopes_are_the_derivative_of_the_projection() -> None:
+    rng = np.random.default_rng(2)
+    path = CameraPath.as_assumed().turned(rng.normal(0.0, 0.05, (6, 3)), rng.normal(0.0, 5.0, (6, 3)))
+    path = path.zoomed(np.linspace(0.98, 1.02, 6)).distorted(np.array([0.05, -0.1, 0.002, -0.001, 0.1]))
+    camera, directions = nominal_camera(), rng.normal(size=(2, 3))
+    slopes = path.slopes(camera, POINTS, directions)
+    for slope, direction in zip(slopes, directions, strict=True):
+        ahead, behind = (path.project(camera, POINTS + step * direction) for step in (1e-4, -1e-4))
+        np.testing.assert_allclose(slope, (ahead - behind) / 2e-4, rtol=1e-6, atol=1e-6)
