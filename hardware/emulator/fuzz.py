@@ -30,7 +30,7 @@ SPEED = 4.0  # times real time
 BAD_IN_A_ROW = 8  # bad frames between two good ones, at most
 BURST_FRAMES = 1500  # good ones without a pause: a second at line rate, twice the watchdog's patience
 BURST_EVERY = 50  # moves
-QUIET_S = 0.1  # real time without a byte, after which a board has answered all that it will
+QUIET_S = 0.1  # emulated time without a byte, after which the board has answered all that it will
 ANSWER_TIMEOUT_S = 2.0
 WRITE_TIMEOUT_S = 20.0  # a burst is a second of emulated time, which a busy machine stretches
 HOME_US = 1500.0
@@ -42,8 +42,9 @@ UNKNOWN_TYPES = range(7, 128)
 
 @dataclass
 class Conversation:
-    """Sends bad pieces and good requests to a board at `port`, and holds each answer against its request."""
+    """Sends bad pieces and good requests to a board over its open `port`, and holds each answer against its request."""
 
+    board: FirmwareEmulator
     port: serial.Serial
     rng: np.random.Generator
     bad_sent: int = 0
@@ -63,17 +64,13 @@ class Conversation:
             self.bad_sent += 1
 
     def burst(self) -> None:
-        """Send many good frames at once, read of the answers what comes, and leave both receivers between two frames.
+        """Send many good frames without a look at the answers, then forget those.
 
         Some are lost, since an answer is longer than its request and the board's buffer is short.
         """
         self.sequence = (self.sequence + 1) % 256
         self.port.write(encode(messages.request(Request.STATE, self.sequence)) * BURST_FRAMES)
-        self.port.timeout = QUIET_S
-        while self.port.read(1000):
-            pass
-        self.port.timeout = ANSWER_TIMEOUT_S
-        self.port.write(DELIMITER)
+        forget_answers(self.board, self.port)
 
     def ask(self, kind: int, body: bytes = b"", *, twice: bool = False) -> tuple[Status, bytes]:
         """Send one good frame, or the same one twice; assert that each is answered, alike, and return the answer."""
@@ -172,6 +169,17 @@ def fuzz_link(frames: int, seed: int) -> str:
         return f"link: {counts}, {requests} moves all done, {link.repeats} requests sent again"
 
 
+def forget_answers(board: FirmwareEmulator, port: serial.Serial) -> None:
+    """Read until the board is quiet, and end the half of a frame that an overflow may have left in its receiver."""
+    patience_s, port.timeout = port.timeout, QUIET_S / SPEED / 4
+    heard_s = board.time_s
+    while board.time_s - heard_s < QUIET_S:
+        if port.read(port.in_waiting or 1):
+            heard_s = board.time_s
+    port.timeout = patience_s
+    port.write(DELIMITER)
+
+
 @contextmanager
 def _talk(board: FirmwareEmulator, seed: int) -> Iterator[Conversation]:
     """A conversation with a board that has booted and was greeted."""
@@ -187,7 +195,7 @@ def _talk(board: FirmwareEmulator, seed: int) -> Iterator[Conversation]:
             pass  # the rest of the hello
         port.timeout = ANSWER_TIMEOUT_S
         port.write_timeout = WRITE_TIMEOUT_S
-        yield Conversation(port, np.random.default_rng(seed))
+        yield Conversation(board, port, np.random.default_rng(seed))
 
 
 def _random_ticks(rng: np.random.Generator) -> list[int]:
