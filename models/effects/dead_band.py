@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from models.effects.context import Context
 from models.effects.injection import Injected
 from models.effects.registry import Effect, Parameter, Site, Stage
-from models.effects.scan import fan_about
 from models.world import Command, Electronics, World, joint_index
 
 Array = NDArray[np.float64]
@@ -21,6 +20,8 @@ _WIDEST_RAD = 0.2
 _LEAST_RAD = 1e-4
 # Between neighbouring thresholds that are looked at: a recording of some hundred poses tells apart a few in a hundred.
 _RATIO = 1.04
+# Between two of these, every threshold that ignores other commands is looked at, at most so many.
+_MOST_PLATEAUS = 200
 
 
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
@@ -44,7 +45,7 @@ def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
 def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
     assert site.joint is not None
     if around is not None:
-        return [np.array([value]) for value in fan_about(float(around[0]), 0.12, 1e-3, 12)]
+        return _plateaus(context.q_cmd[:, site.joint - 1], float(around[0]) / _RATIO, float(around[0]) * _RATIO)
     moves = np.abs(np.diff(context.q_cmd[:, site.joint - 1]))
     moves = moves[(moves > _LEAST_RAD) & (moves < _WIDEST_RAD)]
     if not len(moves):
@@ -64,6 +65,28 @@ def _told_apart(context: Context, thresholds: Array, site: Site) -> list[Array]:
             kept.append(np.array([threshold]))
         last = turned
     return kept
+
+
+def _plateaus(path: Array, low: float, high: float) -> list[Array]:
+    """List one threshold for each set of commands of (N,) that thresholds from `low` to `high` ignore."""
+    middles = []
+    while low < high and len(middles) < _MOST_PLATEAUS:
+        changes = _changes(path, low)
+        top = min(float(changes[changes >= low].min(initial=np.inf)), high)
+        middles.append(np.array([0.5 * (low + top)]))
+        low = float(np.nextafter(top, np.inf))
+    return middles
+
+
+def _changes(path: Array, threshold: float) -> Array:
+    """(N,) by how much each command of a path differs from where the servo stands then, rad."""
+    out = np.zeros(len(path))
+    held = float(path[0])
+    for row, angle in enumerate(path.tolist()):
+        out[row] = abs(angle - held)
+        if out[row] >= threshold:
+            held = angle
+    return out
 
 
 # --- how the simulated bench makes it ---
