@@ -30,7 +30,7 @@ SPEED = 4.0  # times real time
 BAD_IN_A_ROW = 8  # bad frames between two good ones, at most
 BURST_FRAMES = 1500  # good ones without a pause: a second at line rate, twice the watchdog's patience
 BURST_EVERY = 50  # moves
-QUIET_S = 0.1  # emulated time without a byte, after which the board has answered all that it will
+QUIET_S = 0.1  # real time without a byte, after which a question counts as lost
 ANSWER_TIMEOUT_S = 2.0
 WRITE_TIMEOUT_S = 20.0  # a burst is a second of emulated time, which a busy machine stretches
 HOME_US = 1500.0
@@ -42,9 +42,8 @@ UNKNOWN_TYPES = range(7, 128)
 
 @dataclass
 class Conversation:
-    """Sends bad pieces and good requests to a board over its open `port`, and holds each answer against its request."""
+    """Sends bad pieces and good requests to a board at `port`, and holds each answer against its request."""
 
-    board: FirmwareEmulator
     port: serial.Serial
     rng: np.random.Generator
     bad_sent: int = 0
@@ -70,7 +69,7 @@ class Conversation:
         """
         self.sequence = (self.sequence + 1) % 256
         self.port.write(encode(messages.request(Request.STATE, self.sequence)) * BURST_FRAMES)
-        forget_answers(self.board, self.port)
+        self.sequence = catch_up(self.port, self.sequence + 1)
 
     def ask(self, kind: int, body: bytes = b"", *, twice: bool = False) -> tuple[Status, bytes]:
         """Send one good frame, or the same one twice; assert that each is answered, alike, and return the answer."""
@@ -169,15 +168,20 @@ def fuzz_link(frames: int, seed: int) -> str:
         return f"link: {counts}, {requests} moves all done, {link.repeats} requests sent again"
 
 
-def forget_answers(board: FirmwareEmulator, port: serial.Serial) -> None:
-    """Read until the board is quiet, and end the half of a frame that an overflow may have left in its receiver."""
-    patience_s, port.timeout = port.timeout, QUIET_S / SPEED / 4
-    heard_s = board.time_s
-    while board.time_s - heard_s < QUIET_S:
-        if port.read(port.in_waiting or 1):
-            heard_s = board.time_s
-    port.timeout = patience_s
-    port.write(DELIMITER)
+def catch_up(port: serial.Serial, sequence: int) -> int:
+    """Forget what is still to come from the board: ask until the last question is answered, and return its number.
+
+    Begins with `sequence`. A question behind a burst may be lost in the board's full buffer.
+    """
+    reader, patience_s = FrameReader(), port.timeout
+    port.timeout = QUIET_S
+    for number in range(sequence, sequence + 20):
+        port.write(DELIMITER + encode(messages.request(Request.STATE, number % 256)))
+        while data := port.read(port.in_waiting or 1):
+            if any(payload[:2] == bytes((Request.STATE | ANSWER, number % 256)) for payload in reader.feed(data)):
+                port.timeout = patience_s
+                return number % 256
+    raise AssertionError("the board does not answer behind a burst")
 
 
 @contextmanager
@@ -195,7 +199,7 @@ def _talk(board: FirmwareEmulator, seed: int) -> Iterator[Conversation]:
             pass  # the rest of the hello
         port.timeout = ANSWER_TIMEOUT_S
         port.write_timeout = WRITE_TIMEOUT_S
-        yield Conversation(board, port, np.random.default_rng(seed))
+        yield Conversation(port, np.random.default_rng(seed))
 
 
 def _random_ticks(rng: np.random.Generator) -> list[int]:
