@@ -12,6 +12,7 @@ import typer
 from rich.console import Console
 
 from models.errors import ArmtwinError, InputError
+from scenarios.commands.interrupts import held_back
 
 # Command -> module and function under scenarios/commands.
 COMMANDS = {
@@ -55,7 +56,8 @@ def main(arguments: list[str] | None = None) -> None:
     arguments = sys.argv[1:] if arguments is None else arguments
     os.environ.setdefault("OPENCV_LOG_LEVEL", "ERROR")  # its warnings of a corrupt picture stand beside our own line
     try:
-        app = build_app(arguments[0] if arguments else None)
+        with held_back():
+            app = build_app(arguments[0] if arguments else None)
         code = app(arguments, standalone_mode=False) or 0
     except KeyboardInterrupt:
         code = _INTERRUPTED

@@ -1,4 +1,4 @@
-"""Signals that end a command at a bench as Ctrl-C does."""
+"""Signals that end a command: all of them as Ctrl-C does, and none of them lost."""
 
 from __future__ import annotations
 
@@ -24,3 +24,24 @@ def ended_as_by_ctrl_c() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+
+
+@contextmanager
+def held_back() -> Iterator[None]:
+    """While it lasts Ctrl-C and its like wait; they are raised at its end.
+
+    In the middle of an import they would be lost: packages that try for an optional one take them for its absence.
+    """
+    came: list[int] = []
+
+    def note(number: int, frame: FrameType | None) -> None:
+        came.append(number)
+
+    before = {number: signal.signal(number, note) for number in (signal.SIGINT, *_ENDING)}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+    if came:
+        signal.raise_signal(came[0])

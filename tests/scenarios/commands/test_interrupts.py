@@ -3,7 +3,7 @@ import signal
 
 import pytest
 
-from scenarios.commands.interrupts import ended_as_by_ctrl_c
+from scenarios.commands.interrupts import ended_as_by_ctrl_c, held_back
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
@@ -24,3 +24,22 @@ def test_a_signal_to_end_runs_every_finally_and_leaves_its_handler_as_it_was(num
 
     assert released == [number]
     assert signal.getsignal(number) == before
+
+
+def test_ctrl_c_in_the_middle_of_an_import_comes_behind_it() -> None:
+    imported = []
+
+    def start() -> None:
+        with held_back():
+            try:
+                os.kill(os.getpid(), signal.SIGINT)
+            except KeyboardInterrupt:  # as a package does that takes it for a missing one
+                return
+            imported.append("package")
+        imported.append("too late")
+
+    with pytest.raises(KeyboardInterrupt):
+        start()
+
+    assert imported == ["package"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
