@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 # Of Gaussian noise one point in four millions lies farther out; a gross error is also alone in its frame or in time.
 _GROSS = 5.5
 _CALM = 3.5
+# Less than a tenth of a pixel is no gross error however quiet the camera: a rim's shading or a codec's block does that.
+_GROSS_PX = 0.1
 # Two detections do not fail by the same vector to within this part of its length.
 _ALIKE = 0.6
 
@@ -27,9 +29,12 @@ def find(context: Context, view: View) -> list[tuple[Site, Array]]:
     """Return (row, marker) pairs, flattened, of points that are far off while their surroundings are calm."""
     misfit = view.misfit(view.observed, view.predicted)
     residual = view.observed - view.predicted
+    far = misfit > _GROSS
+    if view.observed.shape[-1] == 2:
+        far &= np.linalg.norm(residual, axis=-1) > _GROSS_PX
     rows = [
         (row, column)
-        for row, column in np.argwhere(misfit > _GROSS).tolist()
+        for row, column in np.argwhere(far).tolist()
         if _calm_in_time(misfit, row, column)
         and _alone_in_frame(misfit, residual, row, column)
         and not _turned(context, view, row, column)

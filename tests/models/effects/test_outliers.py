@@ -49,3 +49,12 @@ def test_a_single_turn_of_the_last_joint_is_a_step_of_the_servo_and_no_detection
     observed = pixels(context_of())
     observed[20] = turned[20]
     assert found(noisy(observed)) == set()
+
+
+def test_what_is_less_than_a_tenth_of_a_pixel_off_is_no_gross_error_for_the_quietest_camera() -> None:
+    predicted = pixels(context_of())
+    noise = 0.004 * np.random.default_rng(3).standard_normal(predicted.shape)
+    for off, expected in ((0.05, set()), (0.2, {(20, 2)})):
+        observed = predicted + noise
+        observed[20, 2, 0] += off
+        assert found(View(observed, predicted, 0.004)) == expected
