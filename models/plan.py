@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 _MAX_BYTES = 1 << 26
 # Largest turn of a joint from pose to pose, rad, that a bench allows unless its file says otherwise.
 MAX_STEP_RAD = 0.5
+# More than a hobby servo of 1 N m holds on the shortest lever; a larger figure is in grams.
+_MOST_PAYLOAD_KG = 5.0
 # Commands are written with 17 digits; this forgives the last of them.
 _ROUNDING_RAD = 1e-9
 
@@ -100,9 +102,10 @@ def read_plan(path: Path, n_joints: int) -> Plan:
             "angles are in radians, these look like degrees: multiply by pi/180"
         )
     for row, payload in enumerate(numbers.get("payload_kg", np.zeros(0))):
-        if payload < 0:
+        if not 0 <= payload <= _MOST_PAYLOAD_KG:
             raise InputError(
-                f"{path.name}: line {row + 2}, column 'payload_kg': {payload:g} found, 0 or more is wanted"
+                f"{path.name}: line {row + 2}, column 'payload_kg': {payload:g} found, 0 to {_MOST_PAYLOAD_KG:g} is "
+                "wanted, in kilograms"
             )
     names = np.array([line[columns.index("trajectory")] for line in lines[1:]], dtype=np.str_)
     return Plan(names, q_cmd, numbers.get("payload_kg", np.zeros(len(q_cmd))))

@@ -76,4 +76,9 @@ def _pose(path: Path, number: int, columns: list[str], line: list[str]) -> NDArr
             raise InputError(
                 f"{path.name}: line {number}, column '{column}': '{text[:40]}' is no finite number below {_FAR:g}"
             )
+    if abs(values[2]) > 2 * np.pi:
+        raise InputError(
+            f"{path.name}: line {number}, column 'theta_rad': {values[2]:g} is beyond 2 pi; angles are in radians, "
+            "this looks like degrees: multiply by pi/180"
+        )
     return values

@@ -89,8 +89,9 @@ def test_a_huge_plan_is_refused_before_it_is_read(tmp_path):
         read_plan(path, 2)
 
 
-def test_a_payload_below_zero_is_refused(tmp_path):
+@pytest.mark.parametrize("payload", ["-0.2", "200"])
+def test_a_payload_that_no_servo_of_this_size_holds_is_refused(tmp_path, payload):
     path = tmp_path / "plan.csv"
-    path.write_text("trajectory,theta1_cmd_rad,payload_kg\nt,0.1,0.0\nt,0.1,-0.2\n")
-    with pytest.raises(InputError, match=r"line 3, column 'payload_kg': -0\.2 found, 0 or more is wanted"):
+    path.write_text(f"trajectory,theta1_cmd_rad,payload_kg\nt,0.1,0.0\nt,0.1,{payload}\n")
+    with pytest.raises(InputError, match=rf"line 3, column 'payload_kg': {payload} found, 0 to 5 is wanted"):
         read_plan(path, 1)

@@ -54,6 +54,10 @@ def test_poses_of_the_tip_go_through_the_inverse_kinematics(tmp_path: Path):
         ("trajectory,x_mm,y_mm,theta_rad\nt,-130,nan,3\n", "line 2, column 'y_mm': 'nan' is no finite number"),
         ("trajectory,x_mm,y_mm,theta_rad\nt,1e300,40,3\n", "line 2, column 'x_mm': '1e300' is no finite number below"),
         ("trajectory,x_mm,y_mm,theta_rad\nt,-130,40\n", "line 2 has 3 cells"),
+        (
+            "trajectory,x_mm,y_mm,theta_rad\nt,-130,40,180\n",
+            "column 'theta_rad': 180 is beyond 2 pi; angles are in rad",
+        ),
     ],
 )
 def test_bad_files_of_poses_are_refused_in_one_line(tmp_path: Path, text: str, message: str):
