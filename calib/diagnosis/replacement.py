@@ -1,4 +1,4 @@
-"""The backward step: every cause is taken out once and all others are tried in its place."""
+"""Steps back: every cause is taken out once, and looked for anew or replaced by one that explains its part better."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from calib.diagnosis.candidates import Candidate, candidate_sites, candidates
+from calib.diagnosis.candidates import Candidate, candidate_sites, candidates, fit_candidates
 from calib.diagnosis.fit import Data, Fit, excess_of, fit
 from calib.diagnosis.ties import tied
 from models.effects.predict import Active
@@ -38,6 +38,19 @@ def settle(data: Data, base: Fit, progress: Callable[[str], None]) -> tuple[Fit,
             break
         base = replaced
     return base, equivalents
+
+
+def rescanned(data: Data, base: Fit) -> Fit:
+    """Return the model with the scanned parameters of all but its last effect looked for anew, now that it is there."""
+    for active in base.effects[:-1]:
+        parameters = active.effect.parameters(data.problem.context, active.site)
+        if not any(parameter.scanned for parameter in parameters) or active.effect.find is not None:
+            continue
+        rest = tuple(other for other in base.effects if other.key != active.key)
+        for candidate in fit_candidates(data, fit(data, base.g, rest), [(active.effect, active.site)]):
+            if candidate.fit.deviance < base.deviance:
+                base = candidate.fit
+    return base
 
 
 def _ties(data: Data, base: Fit, active: Active) -> list[Candidate]:

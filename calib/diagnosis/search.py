@@ -1,7 +1,8 @@
 """Forward selection of effects with a backward step: which causes, fitted jointly with the geometry, explain the data.
 
 1. A robust fit of the geometry alone; swapped markers and gross errors are found in what it leaves.
-2. While something is left that a cause explains significantly and in a real share, the best one is added.
+2. While something is left that a cause explains significantly and in a real share, the best one is added, and what was
+   scanned for the others is looked for anew.
 3. Every cause found is taken out once and all others are tried in its place: a better one replaces it, and those that
    the data cannot tell from it are its equivalents.
 """
@@ -20,7 +21,7 @@ from calib.diagnosis.fit import Data, Fit, degrees_of_freedom, excess_of, fit
 from calib.diagnosis.noise import estimate_noise, least_noise, robust_std
 from calib.diagnosis.problem import Problem
 from calib.diagnosis.repairs import Repaired, repair
-from calib.diagnosis.replacement import Equivalents, settle
+from calib.diagnosis.replacement import Equivalents, rescanned, settle
 from models.effects.predict import Active
 
 Array = NDArray[np.float64]
@@ -34,10 +35,11 @@ _MOST_EFFECTS = 3
 # one explains less of than half is rather the imperfect form of those already named.
 _FIRST_SHARE = 0.2
 _FURTHER_SHARE = 0.5
-# Beside a strong cause, a weak one is believed where it explains this share of all, or leaves nothing but noise and is
-# felt by most values.
+# Beside a strong cause, a weak one is believed where it explains this share of all, or is felt by most values and
+# leaves nothing but noise, or next to nothing of what it found.
 _LEAST_OF_ALL = 0.01
 _QUIET = 1.2
+_NEXT_TO_NOTHING = 0.05
 _FELT = 0.5
 # An estimate of the noise is lowered when a model leaves less than this part of it.
 _CLEARLY_QUIETER = 0.85
@@ -108,7 +110,8 @@ def search(
             continue
         if not considered or not _accepted(data, base, considered[0], geometric.g):
             break
-        repaired, data, base = _repaired_again(raw, repair(raw, considered[0].fit), considered[0].fit)
+        model = rescanned(data, considered[0].fit)
+        repaired, data, base = _repaired_again(raw, repair(raw, model), model)
     base, equivalents = settle(data, base, progress)
     needed = _needed(data, base)
     if len(needed.effects) < len(base.effects):
@@ -208,7 +211,8 @@ def _weighs(data: Data, model: Fit, gain: float, g: Array) -> bool:
     """Whether one of several causes of a model is worth its name by what it gains."""
     at_first = excess_of(data, fit(data, g, ()))
     reduced = float(model.misfit.sum()) / degrees_of_freedom(data, model)
-    return gain > _LEAST_OF_ALL * at_first or (reduced < _QUIET and gain > _FELT * data.n_values)
+    explains = reduced < _QUIET or excess_of(data, model) < _NEXT_TO_NOTHING * gain
+    return gain > _LEAST_OF_ALL * at_first or (explains and gain > _FELT * data.n_values)
 
 
 def _needed(data: Data, model: Fit) -> Fit:
