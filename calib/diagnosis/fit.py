@@ -15,7 +15,7 @@ from models.effects.registry import Parameter
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]
 
-_ITERATIONS = 12
+_ITERATIONS = 25
 # Damping (of the normal equations' unit diagonal) and length of the steps that are tried, in this order. A shorter step
 # leads down a straight valley; where effect and geometry nearly make up for one another the valley is bent, and only a
 # damped step (D. Marquardt, J. SIAM 11, 1963) stays in it.
