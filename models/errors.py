@@ -7,6 +7,8 @@ from collections.abc import Iterable
 
 # Names that one line may list; the catalogue of effects is shorter.
 _MOST_NAMES = 40
+# Characters that a message repeats of what a file holds: more than any name of this project has.
+_LONGEST_ECHO = 80
 
 
 class ArmtwinError(Exception):
@@ -33,12 +35,17 @@ class RecordingError(InputError):
     """A recording folder breaks its contract."""
 
 
+def shown(text: str) -> str:
+    """Return a text of the user's as a message repeats it, cut off where it is long."""
+    return text if len(text) <= _LONGEST_ECHO else text[: _LONGEST_ECHO - 3] + "..."
+
+
 def nearest(name: str, valid: Iterable[str]) -> str:
     """Return "; did you mean 'x'?" for the valid name nearest to `name`, or a list of the valid names."""
     names = sorted(valid)
     by_lower = {valid_name.lower(): valid_name for valid_name in names}
     close = difflib.get_close_matches(name.lower(), by_lower, n=1)
     if close:
-        return f"; did you mean '{by_lower[close[0]]}'?"
+        return f"; did you mean '{shown(by_lower[close[0]])}'?"
     more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
-    return f"; valid names are {', '.join(names[:_MOST_NAMES])}{more}"
+    return f"; valid names are {', '.join(map(shown, names[:_MOST_NAMES]))}{more}"

@@ -39,7 +39,7 @@ from models.kinematics import Deviation
 from models.recording_reader import camera_from_table
 from models.recording_writer import arm_table, camera_table
 from models.toml_reader import read_toml
-from models.validation import ArmTable, CameraTable, Finite, Strict, check
+from models.validation import ArmTable, CameraTable, Finite, Strict, check, row
 from models.world import World, ideal_world
 
 Array = NDArray[np.float64]
@@ -116,10 +116,10 @@ def read_twin(path: Path) -> Twin:
         try:
             known = effect_named(effect.effect)
         except InputError as error:
-            raise InputError(f"{path.name}: effects.{number}.effect: {error}") from None
+            raise InputError(f"{path.name}: {row('effects', number)}: effect: {error}") from None
         try:
-            at = f"effects.{number}."
-            known.check(Stated(effect.parameters, effect.joint, effect.marker, at, f"{at}parameters."), arm)
+            at = f"{row('effects', number)}: "
+            known.check(Stated(effect.parameters, effect.joint, effect.marker, at, "parameters."), arm)
         except InputError as error:
             raise InputError(f"{path.name}: {error}") from None
     geometry = file.geometry

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from models.errors import InputError, nearest
+from models.errors import InputError, nearest, shown
 
 Model = TypeVar("Model", bound=BaseModel)
 # No measure of an arm on a table comes near it in any unit; beyond about 1e150 the square of a number overflows.
@@ -122,50 +122,63 @@ def check(model: type[Model], data: object, file: str) -> Model:
         raise InputError(_one_line(model, error, file)) from None
 
 
+def row(key: str, index: int) -> str:
+    """Return what people call a row of a list of tables, `index` from 0: 'joint 2' for the second of `joints`."""
+    return f"{key.removesuffix('s')} {index + 1}"
+
+
 def _one_line(model: type[BaseModel], error: ValidationError, file: str) -> str:
     # A misspelt key is also a missing one: the misspelling is what helps.
     errors = sorted(error.errors(include_url=False), key=lambda e: e["type"] != "extra_forbidden")
     first = errors[0]
-    keys, tables = _walk(model, first["loc"])
+    place, keys, tables = _walk(model, first["loc"])
     key = ".".join(keys)
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     if first["type"] == "extra_forbidden":
         hint = nearest(keys[-1], {field.alias or name for t in tables for name, field in t.model_fields.items()})
-        return f"{file}: unknown key '{key}'{hint}{more}"
+        return ": ".join([file, *place, f"unknown key '{key}'{hint}{more}"])
     if first["type"] == "missing":
-        return f"{file}: key '{key}' is missing{more}"
+        return ": ".join([file, *place, f"key '{key}' is missing{more}"])
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "model_type":  # pydantic names the class, which is not the user's
         message = "a table of keys and values is wanted"
     found = "" if first["type"] == "value_error" else f", found {short(first.get('input'))}"
-    return f"{file}: {f'{key}: ' if key else ''}{message}{found}{more}"
+    return ": ".join([file, *place, *([key] if key else []), f"{message}{found}{more}"])
 
 
-def _walk(model: type[BaseModel], location: tuple[int | str, ...]) -> tuple[list[str], list[type[BaseModel]]]:
-    """Return the keys as they stand in the file, and the tables that the last of them may stand in.
+def _walk(
+    model: type[BaseModel], location: tuple[int | str, ...]
+) -> tuple[list[str], list[str], list[type[BaseModel]]]:
+    """Return the rows of lists that lead to a place, the keys behind them, and the tables that the last may stand in.
 
-    Pydantic's location also holds the tag of a table that is one of several kinds; the file does not.
+    Rows are counted from 1, as people do; keys are spelt as in the file. Pydantic's location also holds the tag of a
+    table that is one of several kinds; the file does not.
     """
+    place: list[str] = []
     keys: list[str] = []
     tables: list[type[BaseModel]] = [model]
-    named = False  # the next part is a name of a dictionary or a row of a list
+    of_tables = named = False  # the next part is a row of a list of tables; a name of a dictionary
     for number, part in enumerate(location):
         last = number == len(location) - 1
         fields = {name: field for t in tables for n, field in t.model_fields.items() for name in (n, field.alias)}
         tagged = [t for t in tables if any(part in get_args(f.annotation) for f in t.model_fields.values())]
-        if named:
-            keys.append(str(part))
+        if isinstance(part, int):
+            rows = ".".join(keys)
+            place, keys = [*place, row(rows, part) if of_tables else f"{rows} entry {part + 1}".strip()], []
+        elif named:
+            keys.append(shown(part))
             named = False
         elif part in fields:
-            keys.append(str(part))
+            keys.append(part)
             annotation = fields[part].annotation
-            named = get_origin(annotation) in (dict, list, tuple)
+            named = get_origin(annotation) is dict
+            of_tables = bool(_tables_in(annotation))
             tables = tables if last else _tables_in(annotation)
         elif tagged and not last:
             tables = tagged
         else:
-            keys.append(str(part))
-    return keys, tables
+            keys.append(shown(part))
+    return place, keys, tables
 
 
 def _tables_in(annotation: Any) -> list[type[BaseModel]]:
@@ -177,5 +190,4 @@ def _tables_in(annotation: Any) -> list[type[BaseModel]]:
 
 def short(value: object) -> str:
     """Return a value as it is shown in a message, cut off where it is long."""
-    text = repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
+    return shown(repr(value))

@@ -24,7 +24,7 @@ from models.effects.registry import effect_named
 from models.errors import InputError, UnreachablePoseError, nearest
 from models.kinematics import inverse
 from models.trajectories import CIRCLE_CENTRE_MM, ORIENTATION_RAD, SAMPLES, circle, line
-from models.validation import Finite, Positive, Strict, check
+from models.validation import Finite, Positive, Strict, check, row
 from models.world import ideal_world
 
 Array = NDArray[np.float64]
@@ -207,26 +207,26 @@ def check_scenario(data: object, file: str) -> ScenarioFile:
         except UnreachablePoseError as error:
             raise InputError(f"{file}: trajectories.{name}: {error}") from None
     for number, effect in enumerate(scenario.effects):
-        _check_effect(effect, f"effects.{number}", scenario.n_poses, file)
+        _check_effect(effect, row("effects", number), scenario.n_poses, file)
     return scenario
 
 
-def _check_effect(effect: EffectTable, key: str, n_poses: int, file: str) -> None:
+def _check_effect(effect: EffectTable, place: str, n_poses: int, file: str) -> None:
     """Check an effect's parameters one by one, and then together by building it into an ideal bench."""
     try:
         known = effect_named(effect.name)
     except InputError as error:
-        raise InputError(f"{file}: {key}.name: {error}") from None
+        raise InputError(f"{file}: {place}: name: {error}") from None
     arm = nominal_arm()
     try:
-        known.check(Stated(effect.parameters, effect.joint, effect.marker, f"{key}."), arm, n_poses)
+        known.check(Stated(effect.parameters, effect.joint, effect.marker, f"{place}: "), arm, n_poses)
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
     world = ideal_world(arm, nominal_camera(), BenchTable().arm_plane_z_mm)
     try:
         known.inject(world, effect.parameters, joint=effect.joint, marker=effect.marker)
     except InputError as error:
-        raise InputError(f"{file}: {key}: {error}") from None
+        raise InputError(f"{file}: {place}: {error}") from None
 
 
 def _gathered(table: Any) -> Any:

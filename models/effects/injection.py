@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from models.arm import Arm
-from models.errors import InputError, nearest
+from models.errors import InputError, nearest, shown
 from models.validation import short
 
 Kind = Literal["number", "whole", "sample", "samples", "marker"]
@@ -77,7 +77,7 @@ def taken_by(injected: Sequence[Injected], arm: Arm) -> dict[str, Injected]:
 
 @dataclass(frozen=True)
 class Stated:
-    """What a file states of an effect; its keys are named after `at`, and its parameters after `inside` (or `at`)."""
+    """What a file states of an effect; messages begin with `at`, and parameters' keys are named after `inside`."""
 
     parameters: Mapping[str, Any]
     joint: int | None = None
@@ -94,20 +94,20 @@ def checked(
     Raises `InputError` for a site that the arm does not have or the effect does not sit at, a parameter that is
     unknown, missing or beyond what is possible, and a sample beyond the `n_poses` of a recording (None: not known).
     """
-    known, prefix = taken_by(injected, arm), stated.inside or stated.at
+    known, at, inside = taken_by(injected, arm), stated.at, stated.inside
     for name in stated.parameters:
         if name not in known:
-            raise InputError(f"unknown key '{prefix}{name}'{nearest(name, [*known, *_site_keys(where)])}")
+            raise InputError(f"{at}unknown key '{inside}{shown(name)}'{nearest(name, [*known, *_site_keys(where)])}")
     _check_site(effect, where, stated, arm)
     for name, one in known.items():
         if one.required and name not in stated.parameters:
-            raise InputError(f"key '{prefix}{name}' is missing: {_wanted(one, arm, n_poses)} is wanted")
+            raise InputError(f"{at}key '{inside}{name}' is missing: {_wanted(one, arm, n_poses)} is wanted")
     if known and not stated.parameters:
-        raise InputError(f"{prefix.rstrip('.') or effect}: {effect} gets none of its parameters {', '.join(known)}")
+        raise InputError(f"{at}{effect} gets none of its parameters {', '.join(known)}")
     for name, value in stated.parameters.items():
         if not _is_possible(known[name], value, arm, n_poses):
             wanted = _wanted(known[name], arm, n_poses)
-            raise InputError(f"{prefix}{name}: found {short(value)}, {wanted} is wanted")
+            raise InputError(f"{at}{inside}{name}: found {short(value)}, {wanted} is wanted")
     defaults = {name: one.default for name, one in known.items() if one.default is not None}
     return defaults | dict(stated.parameters)
 
@@ -140,7 +140,7 @@ def _check_site(effect: str, where: Where, stated: Stated, arm: Arm) -> None:
             if value is not None:
                 raise InputError(f"{stated.at}{key}: found {short(value)}, {effect} sits at no {key}: remove this key")
         elif value is None:
-            raise InputError(f"key '{stated.at}{key}' is missing: {effect} sits at a {where}, {wanted[key]} is wanted")
+            raise InputError(f"{stated.at}key '{key}' is missing: {effect} sits at a {where}, {wanted[key]} is wanted")
         elif not possible[key]:
             raise InputError(f"{stated.at}{key}: found {short(value)}, {wanted[key]} is wanted")
 

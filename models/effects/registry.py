@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from models.arm import Arm
 from models.effects.context import Context
 from models.effects.injection import Injected, Stated, Where, checked, taken_by
-from models.errors import InputError, nearest
+from models.errors import InputError, nearest, shown
 
 Array = NDArray[np.float64]
 
@@ -212,7 +212,7 @@ def effect_named(name: str) -> Effect:
     """Return an effect; raises `InputError` with the nearest valid name."""
     known = catalogue()
     if name not in known:
-        raise InputError(f"unknown effect '{name}'{nearest(name, known)}")
+        raise InputError(f"unknown effect '{shown(name)}'{nearest(name, known)}")
     return known[name]
 
 

@@ -38,8 +38,7 @@ def test_unknown_key_is_named_with_the_nearest(bench_table: dict[str, Any], writ
     message = refusal(write_bench(bench_table))
 
     assert "bench.toml" in message
-    assert "joints.1.zero_uz" in message
-    assert "'zero_us'" in message
+    assert "joint 2: unknown key 'zero_uz'; did you mean 'zero_us'?" in message
 
 
 def test_limit_outside_the_servos_range_is_refused(bench_table: dict[str, Any], write_bench: Write):
@@ -47,8 +46,7 @@ def test_limit_outside_the_servos_range_is_refused(bench_table: dict[str, Any], 
 
     message = refusal(write_bench(bench_table))
 
-    assert "joints.0" in message
-    assert "max_rad 1.7 lies outside the servo's range, -1.5708 to 1.5708 rad" in message
+    assert "joint 1: max_rad 1.7 lies outside the servo's range, -1.5708 to 1.5708 rad" in message
 
 
 def test_narrower_servo_narrows_what_limits_are_taken(bench_table: dict[str, Any], write_bench: Write):
@@ -60,7 +58,7 @@ def test_narrower_servo_narrows_what_limits_are_taken(bench_table: dict[str, Any
 def test_pulses_beyond_the_firmwares_are_refused(bench_table: dict[str, Any], write_bench: Write):
     bench_table["joints"][0]["max_us"] = 2600.0
 
-    assert "joints.0.max_us" in refusal(write_bench(bench_table))
+    assert "joint 1: max_us: " in refusal(write_bench(bench_table))
 
 
 def test_two_joints_on_one_servo_are_refused(bench_table: dict[str, Any], write_bench: Write):
@@ -98,7 +96,7 @@ def test_no_step_is_longer_than_a_joints_range(bench_table: dict[str, Any], writ
 def test_a_number_that_is_none_is_refused(bench_table: dict[str, Any], write_bench: Write):
     bench_table["joints"][0]["max_rad"] = float("nan")
 
-    assert "joints.0.max_rad" in refusal(write_bench(bench_table))
+    assert "joint 1: max_rad: " in refusal(write_bench(bench_table))
 
 
 def test_camera_file_outside_the_folder_is_refused(bench_table: dict[str, Any], write_bench: Write):

@@ -99,7 +99,7 @@ def test_a_whole_number_of_thousands_of_digits_is_refused(folder):
 @pytest.mark.parametrize("length", [1e300, 1e10, 10_001.0])
 def test_a_length_that_no_arm_has_is_refused(folder, length):
     change_header(folder, lambda header: header["arm"]["link_lengths_mm"].__setitem__(0, length))
-    refused(folder, "recording.json: arm.link_lengths_mm.0: Input should be less than or equal to 10000, found")
+    refused(folder, "recording.json: arm.link_lengths_mm entry 1: Input should be less than or equal to 10000, found")
 
 
 def test_a_missing_folder_is_named(tmp_path):

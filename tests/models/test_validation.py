@@ -22,6 +22,8 @@ class Inner(Strict):
 
 class Outer(Strict):
     inner: Inner
+    inners: tuple[Inner, ...] = ()
+    sizes: list[list[Positive]] | None = None
     kind: str = Field(alias="type")
 
 
@@ -37,8 +39,36 @@ def test_an_unknown_key_is_named_with_the_nearest_valid_one_of_its_own_table():
 
 
 def test_a_key_with_nothing_near_lists_the_valid_ones_as_the_file_spells_them():
-    with pytest.raises(InputError, match=r"unknown key 'zzzz'; valid names are inner, type$"):
+    with pytest.raises(InputError, match=r"unknown key 'zzzz'; valid names are inner, inners, sizes, type$"):
         check(Outer, {"inner": {"width_rad": 1.0}, "type": "x", "zzzz": 1}, "file.toml")
+
+
+@pytest.mark.parametrize(
+    ("table", "message"),
+    [
+        ({"width_rad": -1}, "inner 2: width_rad: Input should be greater than 0, found -1"),
+        ({}, "inner 2: key 'width_rad' is missing"),
+        ({"width_rad": 1, "width_rda": 1}, "inner 2: unknown key 'width_rda'; did you mean 'width_rad'?"),
+        (3, "inner 2: a table of keys and values is wanted, found 3"),
+    ],
+)
+def test_the_tables_of_a_list_are_counted_from_1(table, message):
+    with pytest.raises(InputError) as error:
+        check(Outer, {"inner": {"width_rad": 1}, "type": "x", "inners": [{"width_rad": 1}, table]}, "file.toml")
+    assert str(error.value) == f"file.toml: {message}"
+
+
+def test_the_entries_of_a_list_are_counted_from_1():
+    with pytest.raises(
+        InputError, match=r"file\.toml: sizes entry 1: entry 2: Input should be greater than 0, found 0$"
+    ):
+        check(Outer, {"inner": {"width_rad": 1}, "type": "x", "sizes": [[1, 0]]}, "file.toml")
+
+
+def test_a_key_of_thousands_of_characters_is_cut():
+    with pytest.raises(InputError) as error:
+        check(Outer, {"inner": {"width_rad": 1}, "type": "x", "x" * 5000: 1}, "file.toml")
+    assert len(str(error.value)) < 200
 
 
 def test_a_missing_key_is_named():

@@ -172,7 +172,7 @@ def test_an_effect_that_cannot_be_made_is_named_with_its_file(
     (tmp_path / "worn.toml").write_text(text + '\n[[effects]]\nname = "backlash"\njoint = 2\n', "utf-8")
     code, error = leave(["run", str(tmp_path / "worn.toml"), "--out", str(tmp_path / "out")], capsys)
     assert code == 2
-    assert "worn.toml: key 'effects.0.width_rad' is missing: a number from 0 to 1 is wanted" in error
+    assert "worn.toml: effect 1: key 'width_rad' is missing: a number from 0 to 1 is wanted" in error
     assert not (tmp_path / "out").exists()
 
 

@@ -167,7 +167,7 @@ def test_a_world_that_names_no_folder_of_the_set_is_refused(tmp_path: Path, worl
     [
         (5, "worlds.0000: a table of keys and values is wanted, found 5"),
         ({"effects": None}, "worlds.0000: effects: "),
-        ({"effects": [{"effect": "backlash"}]}, "worlds.0000: key 'effects.0.joint' is missing"),
+        ({"effects": [{"effect": "backlash"}]}, "worlds.0000: effect 1: key 'joint' is missing"),
         ({"noise_px": 0}, "worlds.0000: noise_px: "),
     ],
 )

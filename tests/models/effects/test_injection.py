@@ -37,7 +37,7 @@ OTHERWISE_STATED = {"servo_nonlinearity"}
 
 
 def complete(parameters: dict[str, Any], arm: Arm = ARM, n_poses: int | None = 10) -> dict[str, Any]:
-    return checked("play", "joint", TAKEN, Stated(parameters, joint=1, at="effects.0."), arm, n_poses)
+    return checked("play", "joint", TAKEN, Stated(parameters, joint=1, at="effect 1: "), arm, n_poses)
 
 
 def refusal(parameters: dict[str, Any]) -> str:
@@ -59,24 +59,24 @@ def test_a_parameter_of_each_joint_is_there_for_each_joint_of_the_arm() -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"widht_rad": 0.1}, "unknown key 'effects.0.widht_rad'; did you mean 'width_rad'?"),
-        ({"give4_rad": 0.1}, "unknown key 'effects.0.give4_rad'; did you mean 'give"),
-        ({"jiont": 2}, "unknown key 'effects.0.jiont'; did you mean 'joint'?"),
-        ({"width_rad": 50}, "effects.0.width_rad: found 50, a number from 0 to 1 is wanted"),
-        ({"width_rad": 10**400}, "effects.0.width_rad: found 1000"),
-        ({"width_rad": float("nan")}, "effects.0.width_rad: found nan, a number from 0 to 1 is wanted"),
-        ({"width_rad": True}, "effects.0.width_rad: found True"),
-        ({"width_rad": "0.1"}, "effects.0.width_rad: found '0.1'"),
-        ({"width_rad": None}, "effects.0.width_rad: found None"),
-        ({"loose": 0.5}, "effects.0.loose: found 0.5, a whole number from 0 to 1 is wanted"),
-        ({"from_sample": 10}, "effects.0.from_sample: found 10, a sample's number from 0 to 9 is wanted"),
-        ({"from_sample": -1}, "effects.0.from_sample: found -1"),
-        ({"from_sample": 2.5}, "effects.0.from_sample: found 2.5"),
-        ({"samples": [3, 10]}, "effects.0.samples: found [3, 10], a list of samples' numbers from 0 to 9 is wanted"),
-        ({"samples": 3}, "effects.0.samples: found 3, a list"),
-        ({"samples": [3, "4"]}, "effects.0.samples: found [3, '4']"),
-        ({"other": "q"}, "effects.0.other: found 'q', one of the markers a, b, c, e, f is wanted"),
-        ({"other": ["b"]}, "effects.0.other: found ['b']"),
+        ({"widht_rad": 0.1}, "effect 1: unknown key 'widht_rad'; did you mean 'width_rad'?"),
+        ({"give4_rad": 0.1}, "effect 1: unknown key 'give4_rad'; did you mean 'give"),
+        ({"jiont": 2}, "effect 1: unknown key 'jiont'; did you mean 'joint'?"),
+        ({"width_rad": 50}, "effect 1: width_rad: found 50, a number from 0 to 1 is wanted"),
+        ({"width_rad": 10**400}, "effect 1: width_rad: found 1000"),
+        ({"width_rad": float("nan")}, "effect 1: width_rad: found nan, a number from 0 to 1 is wanted"),
+        ({"width_rad": True}, "effect 1: width_rad: found True"),
+        ({"width_rad": "0.1"}, "effect 1: width_rad: found '0.1'"),
+        ({"width_rad": None}, "effect 1: width_rad: found None"),
+        ({"loose": 0.5}, "effect 1: loose: found 0.5, a whole number from 0 to 1 is wanted"),
+        ({"from_sample": 10}, "effect 1: from_sample: found 10, a sample's number from 0 to 9 is wanted"),
+        ({"from_sample": -1}, "effect 1: from_sample: found -1"),
+        ({"from_sample": 2.5}, "effect 1: from_sample: found 2.5"),
+        ({"samples": [3, 10]}, "effect 1: samples: found [3, 10], a list of samples' numbers from 0 to 9 is wanted"),
+        ({"samples": 3}, "effect 1: samples: found 3, a list"),
+        ({"samples": [3, "4"]}, "effect 1: samples: found [3, '4']"),
+        ({"other": "q"}, "effect 1: other: found 'q', one of the markers a, b, c, e, f is wanted"),
+        ({"other": ["b"]}, "effect 1: other: found ['b']"),
     ],
 )
 def test_what_is_not_possible_is_named_with_what_is(change: dict[str, Any], said: str) -> None:
@@ -85,7 +85,7 @@ def test_what_is_not_possible_is_named_with_what_is(change: dict[str, Any], said
 
 def test_what_has_to_be_given_and_is_not_is_named() -> None:
     without = {name: value for name, value in GIVEN.items() if name != "width_rad"}
-    assert refusal(without) == "key 'effects.0.width_rad' is missing: a number from 0 to 1 is wanted"
+    assert refusal(without) == "effect 1: key 'width_rad' is missing: a number from 0 to 1 is wanted"
 
 
 def test_whole_numbers_may_be_written_with_a_decimal_point() -> None:
