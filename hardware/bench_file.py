@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,14 +12,15 @@ from hardware.bench_tables import BenchTable, CameraSettings, MotionTable, Quali
 from hardware.limits import JointLimits
 from hardware.servo_map import ServoMap
 from models.arm import Arm, nominal_arm, read_arm
-from models.camera import Camera
+from models.camera import Camera, check_plane
 from models.camera_files import read_camera
 from models.errors import InputError
-from models.validation import check
+from models.toml_reader import read_toml
+from models.validation import check, short
 
 Array = NDArray[np.float64]
 
-_MAX_BYTES = 1 << 20
+_SOURCES = "a device like /dev/video0, an MJPEG stream (http:// or https://) or a video file beside the bench file"
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,19 +55,7 @@ def read_bench(path: Path) -> BenchSetup:
 
     Files that it names (`arm`, `camera.calibration`, a video) lie in its folder or below.
     """
-    if path.exists() and not path.is_file():  # a pipe or a device would be read without end
-        raise InputError(f"{path}: a folder, a pipe or a device; a bench file is TOML, see bench-guide.md")
-    try:
-        if path.stat().st_size > _MAX_BYTES:
-            raise InputError(f"{path.name}: larger than {_MAX_BYTES} bytes, no bench file")
-        data = tomllib.loads(path.read_text("utf-8"))
-    except OSError as error:
-        raise InputError(
-            f"{path}: cannot be read ({error.strerror}); a bench file is TOML, see bench-guide.md"
-        ) from None
-    except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, a whole number of thousands of digits
-        raise InputError(f"{path.name}: not TOML ({error})") from None
-    table = check(BenchTable, data, path.name)
+    table = check(BenchTable, read_toml(path), path.name)
     arm = nominal_arm() if table.arm is None else read_arm(beside(path, "arm", table.arm))
     if arm.n_joints != len(table.joints):
         raise InputError(
@@ -79,8 +67,12 @@ def read_bench(path: Path) -> BenchSetup:
             f"{path.name}: camera.calibration: '{table.camera.calibration}' has no pose of the board "
             "(board_to_camera_rotation, board_to_camera_translation_mm); take it with armtwin calibrate-camera"
         )
+    try:
+        check_plane(camera, table.camera.arm_plane_z_mm)
+    except InputError as error:
+        raise InputError(f"{path.name}: camera.{error}") from None
     if not table.camera.source.startswith(("/dev/", "http://", "https://")):
-        video = str(beside(path, "camera.source", table.camera.source))
+        video = str(_video(path, table.camera.source))
         table = table.model_copy(update={"camera": table.camera.model_copy(update={"source": video})})
     return setup_of(table, arm, camera)
 
@@ -109,6 +101,15 @@ def setup_of(table: BenchTable, arm: Arm, camera: Camera) -> BenchSetup:
         settle=table.settle,
         quality=table.quality,
     )
+
+
+def _video(path: Path, name: str) -> Path:
+    if "://" in name:
+        raise InputError(f"{path.name}: camera.source: found {short(name)}; {_SOURCES} is wanted")
+    try:
+        return beside(path, "camera.source", name)
+    except InputError as error:
+        raise InputError(f"{error}; {_SOURCES} is wanted") from None
 
 
 def beside(path: Path, key: str, name: str) -> Path:

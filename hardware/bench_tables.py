@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from hardware.messages import MAX_DURATION_S, N_SERVOS
 from models.validation import Finite, NotNegative, Positive, Strict
@@ -19,6 +19,13 @@ FIRMWARE_MAX_US = 2500.0
 Pulse = Annotated[float, Field(ge=FIRMWARE_MIN_US, le=FIRMWARE_MAX_US, allow_inf_nan=False)]
 
 
+def _not_true(value: object) -> object:
+    """Refuse `true`, which a literal takes for the 1 that it equals."""
+    if isinstance(value, bool):
+        raise ValueError(f"1 or -1 is wanted, found {value}")
+    return value
+
+
 class JointTable(Strict):
     """One joint: the servo that turns it and how far it may turn."""
 
@@ -26,7 +33,7 @@ class JointTable(Strict):
     zero_us: Pulse = 1500.0
     # TowerPro's MG996R turns half a turn over 500 to 2500 us.
     us_per_rad: Annotated[float, Field(gt=50.0, lt=5000.0, allow_inf_nan=False)] = 636.62
-    direction: Literal[1, -1] = 1
+    direction: Annotated[Literal[1, -1], BeforeValidator(_not_true)] = 1
     min_us: Pulse = FIRMWARE_MIN_US
     max_us: Pulse = FIRMWARE_MAX_US
     min_rad: Finite
@@ -85,6 +92,17 @@ class SettleTable(Strict):
     # delay of the stream that can be told from an arm that stands.
     onset_s: Annotated[float, Field(gt=0, le=30, allow_inf_nan=False)] = 1.5
     timeout_s: Annotated[float, Field(gt=0, le=120, allow_inf_nan=False)] = 10.0
+
+    @model_validator(mode="after")
+    def _rests_later_than_it_sets_out(self) -> SettleTable:
+        for key in ("onset_s", "still_s"):
+            least_s: float = getattr(self, key)
+            if self.timeout_s <= least_s:
+                raise ValueError(
+                    f"timeout_s is {self.timeout_s:g}, more than {key} {least_s:g} is wanted: "
+                    "an arm takes longer to come to rest than that"
+                )
+        return self
 
 
 class QualityTable(Strict):

@@ -11,8 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from models.errors import InputError
+
 Array = NDArray[np.float64]
 
+# What a webcam that watches an arm on a table stands off the arm's plane along its view, mm.
+_NEAREST_MM = 10.0
+_FARTHEST_MM = 1e5
 # Newton's method on equation (15) doubles its digits each step; this many reach 1e-13 anywhere in Table 2's picture.
 _UNDISTORT_STEPS = 12
 
@@ -148,3 +153,18 @@ def project_jacobian(camera: Camera, points_board_mm: Array) -> Array:
     d_xy[..., 1, 2] = -xy[..., 1] / z
     J: Array = camera.K[:2, :2] @ distort_jacobian(xy, camera.D) @ d_xy @ camera.R_board_camera
     return J
+
+
+def check_plane(camera: Camera, arm_plane_z_mm: float) -> None:
+    """Raise `InputError` for a plane of the arm, z of the board frame, that the camera does not look at."""
+    view = camera.R_board_camera[2]  # the optical axis in the board frame
+    eye_z_mm = float(-(camera.R_board_camera.T @ camera.t_board_camera_mm)[2])
+    with np.errstate(divide="ignore"):
+        distance = float(np.divide(arm_plane_z_mm - eye_z_mm, view[2]))
+    if not _NEAREST_MM <= distance <= _FARTHEST_MM:
+        way = "greater" if view[2] > 0 else "lesser"
+        raise InputError(
+            f"arm_plane_z_mm: found {arm_plane_z_mm:g}, which the camera does not look at: it stands at "
+            f"z = {eye_z_mm:.4g} mm of the board frame and looks towards {way} z; the plane is wanted "
+            f"{_NEAREST_MM:g} to {_FARTHEST_MM:g} mm before it"
+        )

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from models.arm import Arm, arm_from_table
-from models.camera import Camera
+from models.camera import Camera, check_plane
 from models.errors import InputError, RecordingError, nearest
 from models.recording import OPTIONAL_COLUMNS, Recording
 from models.recording_table import Table
-from models.validation import HEAVIEST_KG, ArmTable, CameraTable, Finite, Strict, check
+from models.validation import FROM_LIST, HEAVIEST_KG, ArmTable, CameraTable, Finite, Strict, check
 
 Array = NDArray[np.float64]
 
@@ -26,9 +26,6 @@ _MAX_CSV_BYTES = 1 << 28
 # No detector finds a marker's centre better than to a millionth of a pixel, or is worth its name beyond a hundred.
 _LEAST_NOISE_PX = 1e-6
 _MOST_NOISE_PX = 100.0
-# What a webcam that watches an arm on a table stands off its plane along its view, mm.
-_NEAREST_MM = 10.0
-_FARTHEST_MM = 1e5
 # Beyond these no servo works.
 _COLDEST_C = -100.0
 _HOTTEST_C = 200.0
@@ -40,7 +37,7 @@ class _RecordingFile(Strict):
     camera: CameraTable | None = None
     arm_plane_z_mm: Finite | None = None
     pixel_noise_px: Annotated[float, Field(ge=_LEAST_NOISE_PX, le=_MOST_NOISE_PX)] | None = None
-    held_out: Annotated[tuple[str, ...], Field(max_length=1000)] = ()
+    held_out: Annotated[tuple[str, ...], Field(max_length=1000), FROM_LIST] = ()
 
 
 def read_recording(folder: Path, *, unmeasured: bool = False) -> Recording:
@@ -67,7 +64,10 @@ def read_recording(folder: Path, *, unmeasured: bool = False) -> Recording:
         raise RecordingError(f"recording.json: key '{missing}' is missing, samples.csv has markers in pixels")
     camera = None if header.camera is None else camera_from_table(header.camera)
     if camera is not None and header.arm_plane_z_mm is not None:
-        _check_plane(camera, header.arm_plane_z_mm)
+        try:
+            check_plane(camera, header.arm_plane_z_mm)
+        except InputError as error:
+            raise RecordingError(f"recording.json: {error}") from None
     trajectory = table.names("trajectory")
     for name in header.held_out:
         if name not in trajectory:
@@ -106,21 +106,6 @@ def camera_from_table(table: CameraTable) -> Camera:
         R_board_camera=R if exact else U @ Vt,
         t_board_camera_mm=np.array(table.board_to_camera_translation_mm),
     )
-
-
-def _check_plane(camera: Camera, plane_z_mm: float) -> None:
-    """Refuse a plane of the arm that the camera does not look at."""
-    view = camera.R_board_camera[2]  # the optical axis in the board frame
-    eye_z_mm = float(-(camera.R_board_camera.T @ camera.t_board_camera_mm)[2])
-    with np.errstate(divide="ignore"):
-        distance = float(np.divide(plane_z_mm - eye_z_mm, view[2]))
-    if not _NEAREST_MM <= distance <= _FARTHEST_MM:
-        way = "greater" if view[2] > 0 else "lesser"
-        raise RecordingError(
-            f"recording.json: arm_plane_z_mm: found {plane_z_mm:g}, which the camera does not look at: it stands at "
-            f"z = {eye_z_mm:.4g} mm of the board frame and looks towards {way} z; the plane is wanted "
-            f"{_NEAREST_MM:g} to {_FARTHEST_MM:g} mm before it"
-        )
 
 
 def _read_header(path: Path) -> _RecordingFile:

@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from models.toml_reader import read_toml
-from models.validation import NotNegative, Positive, Strict, check
+from models.validation import FROM_LIST, NotNegative, Positive, Strict, check
 
 # A nominal servo's loop answers in ten of these steps.
 TIMESTEP_S = 0.002
@@ -84,7 +84,7 @@ class _ServoFile(Strict):
     no_load_speed_rad_s: Positive
     dead_band_us: NotNegative
     weight_kg: Positive
-    pulse_range_us: tuple[Positive, Positive]
+    pulse_range_us: Annotated[tuple[Positive, Positive], FROM_LIST]
     travel_rad: Positive
     frame_period_s: Positive
     stiffness_nm_rad: Positive

@@ -39,7 +39,7 @@ from models.kinematics import Deviation
 from models.recording_reader import camera_from_table
 from models.recording_writer import arm_table, camera_table
 from models.toml_reader import read_toml
-from models.validation import ArmTable, CameraTable, Finite, Strict, check, row
+from models.validation import FROM_LIST, ArmTable, CameraTable, Finite, Strict, check, row
 from models.world import World, ideal_world
 
 Array = NDArray[np.float64]
@@ -80,7 +80,7 @@ class Twin:
 class _GeometryTable(Strict):
     length_errors_mm: Annotated[list[Finite], Field(max_length=7)]
     joint_errors_rad: Annotated[list[Finite], Field(max_length=6)]
-    base_in_board_mm: tuple[Finite, Finite, Finite] = (0.0, 0.0, 0.0)
+    base_in_board_mm: Annotated[tuple[Finite, Finite, Finite], FROM_LIST] = (0.0, 0.0, 0.0)
 
 
 class _EffectTable(Strict):

@@ -6,7 +6,7 @@ import math
 from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from models.errors import InputError, nearest, shown
 
@@ -31,10 +31,22 @@ _SHORTEST_LINK_MM = 0.1
 _ROTATION_TOLERANCE = 2e-3
 
 
-class Strict(BaseModel):
-    """A table of a file: unknown keys are refused."""
+# Files know lists only; what such a tuple holds stays strict.
+FROM_LIST = Field(strict=False)
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+
+def _without_point(value: object) -> object:
+    """Return a whole number that was written with a decimal point as an int: JSON does not tell the two apart."""
+    return int(value) if isinstance(value, float) and value.is_integer() else value
+
+
+class Strict(BaseModel):
+    """A table of a file: unknown keys are refused, and so are values of another type (a text or `true` for a number).
+
+    An int passes for a float. Fields that are tuples need `FROM_LIST`.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class ArmTable(Strict):
@@ -77,11 +89,14 @@ class ArmFile(ArmTable):
     schema_: Literal["armtwin.arm/1"] = Field(alias="schema")
 
 
+ImageSize = Annotated[int, BeforeValidator(_without_point), Field(ge=16, le=20000)]
+
+
 class CameraTable(Strict):
     """The `camera` table of a recording."""
 
-    image_width: Annotated[int, Field(ge=16, le=20000)]
-    image_height: Annotated[int, Field(ge=16, le=20000)]
+    image_width: ImageSize
+    image_height: ImageSize
     camera_matrix: list[list[Finite]]
     distortion_model: Literal["plumb_bob"] = "plumb_bob"
     distortion_coefficients: Annotated[list[Finite], Field(min_length=5, max_length=5)]

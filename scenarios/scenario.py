@@ -24,7 +24,7 @@ from models.effects.registry import effect_named
 from models.errors import InputError, UnreachablePoseError, nearest
 from models.kinematics import inverse
 from models.trajectories import CIRCLE_CENTRE_MM, ORIENTATION_RAD, SAMPLES, circle, line
-from models.validation import Finite, Positive, Strict, check, row
+from models.validation import FROM_LIST, Finite, Positive, Strict, check, row
 from models.world import ideal_world
 
 Array = NDArray[np.float64]
@@ -32,8 +32,8 @@ Array = NDArray[np.float64]
 FILES = Path(__file__).parent / "files"
 _MAX_BYTES = 1 << 20
 
-Point = tuple[Finite, Finite]
-Triple = tuple[Finite, Finite, Finite]
+Point = Annotated[tuple[Finite, Finite], FROM_LIST]
+Triple = Annotated[tuple[Finite, Finite, Finite], FROM_LIST]
 # A trajectory names folders and table columns.
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,40}$")]
 
@@ -72,7 +72,7 @@ Path2d = Annotated[CircleTable | LineTable, Field(discriminator="kind")]
 class GeometryTable(Strict):
     """What the built arm differs by from the drawing (Table 4)."""
 
-    length_errors_mm: tuple[Finite, Finite, Finite, Finite] = (0.0, 0.0, 0.0, 0.0)
+    length_errors_mm: Annotated[tuple[Finite, Finite, Finite, Finite], FROM_LIST] = (0.0, 0.0, 0.0, 0.0)
     joint_errors_rad: Triple = (0.0, 0.0, 0.0)
 
 
@@ -110,10 +110,10 @@ class ObstacleTable(Strict):
     """Something that stands between the camera and the arm, given in the robot frame: a hand, a lamp's arm, a cable."""
 
     centre_mm: Point
-    size_mm: tuple[Positive, Positive]
+    size_mm: Annotated[tuple[Positive, Positive], FROM_LIST]
     before_arm_mm: Positive = 30.0
     thickness_mm: Positive = 5.0
-    colour: tuple[Share, Share, Share] = (0.25, 0.2, 0.15)
+    colour: Annotated[tuple[Share, Share, Share], FROM_LIST] = (0.25, 0.2, 0.15)
 
 
 class EffectTable(Strict):
@@ -133,7 +133,7 @@ class ScenarioFile(Strict):
     about: Annotated[str, Field(max_length=4000)] = ""
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
     board_views: Annotated[int, Field(ge=3, le=100)] = 20
-    gauge_lengths_mm: Annotated[tuple[Positive, ...], Field(max_length=8)] = (40.0, 30.0, 10.0, 5.0)
+    gauge_lengths_mm: Annotated[tuple[Positive, ...], Field(max_length=8), FROM_LIST] = (40.0, 30.0, 10.0, 5.0)
     gauge_placements: Annotated[int, Field(ge=2, le=200)] = 20
     geometry: GeometryTable = GeometryTable()
     bench: BenchTable = BenchTable()
@@ -141,8 +141,8 @@ class ScenarioFile(Strict):
     picture: PictureTable = PictureTable()
     trajectories: Annotated[dict[Name, Path2d], Field(min_length=2, max_length=20)]
     validate_on: Name = "line"
-    obstacles: Annotated[tuple[ObstacleTable, ...], Field(max_length=20)] = ()
-    effects: Annotated[tuple[EffectTable, ...], Field(max_length=100)] = ()
+    obstacles: Annotated[tuple[ObstacleTable, ...], Field(max_length=20), FROM_LIST] = ()
+    effects: Annotated[tuple[EffectTable, ...], Field(max_length=100), FROM_LIST] = ()
 
     @field_validator("effects", mode="before")
     @classmethod

@@ -16,7 +16,7 @@ from pydantic import Field
 
 from models.effects.registry import catalogue
 from models.errors import InputError, nearest
-from models.validation import Strict
+from models.validation import FROM_LIST, Strict
 from sim.sealed import EFFECTS, STRENGTHS, Sealed, Strength
 
 Kind = Literal["null", "single", "pair", "uncatalogued"]
@@ -35,7 +35,7 @@ class SealOptions(Strict):
     n: Annotated[int, Field(ge=1, le=9999)]
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     frames: bool = False
-    effects: tuple[str, ...] = ()
+    effects: Annotated[tuple[str, ...], FROM_LIST] = ()
     pairs: bool = False
     uncatalogued: str | None = None
 
@@ -44,7 +44,7 @@ class Order(Strict):
     """One world to be made; `effects` are names of the catalogue, or one of the uncatalogued."""
 
     kind: Kind
-    effects: tuple[str, ...] = ()
+    effects: Annotated[tuple[str, ...], FROM_LIST] = ()
     strength: Strength = "medium"
 
 

@@ -112,10 +112,66 @@ def test_a_video_is_looked_for_beside_the_bench_file(bench_table: dict[str, Any]
     assert read_bench(write_bench(bench_table)).camera_settings.source == str(tmp_path / "film.avi")
 
 
-def test_a_missing_video_is_named(bench_table: dict[str, Any], write_bench: Write):
+ALLOWED = "a device like /dev/video0, an MJPEG stream (http:// or https://) or a video file beside the bench file"
+
+
+def test_a_missing_video_is_named_with_what_else_a_source_may_be(bench_table: dict[str, Any], write_bench: Write):
     bench_table["camera"]["source"] = "film.avi"
 
-    assert "camera.source: no file 'film.avi'" in refusal(write_bench(bench_table))
+    message = refusal(write_bench(bench_table))
+
+    assert "camera.source: no file 'film.avi' beside the bench file; " in message
+    assert ALLOWED in message
+
+
+def test_a_stream_of_another_protocol_is_refused(bench_table: dict[str, Any], write_bench: Write):
+    bench_table["camera"]["source"] = "rtsp://x/y"
+
+    assert f"camera.source: found 'rtsp://x/y'; {ALLOWED} is wanted" in refusal(write_bench(bench_table))
+
+
+def test_a_plane_of_the_arm_behind_the_camera_is_refused(bench_table: dict[str, Any], write_bench: Write):
+    bench_table["camera"]["arm_plane_z_mm"] = -5000.0
+
+    message = refusal(write_bench(bench_table))
+
+    assert "bench.toml: camera.arm_plane_z_mm: found -5000, which the camera does not look at" in message
+
+
+@pytest.mark.parametrize(("key", "least"), [("onset_s", 1.5), ("still_s", 2.0)])
+def test_a_time_too_short_to_come_to_rest_in_is_refused(
+    bench_table: dict[str, Any], write_bench: Write, key: str, least: float
+):
+    bench_table["settle"] = {"onset_s": 0.1, key: least, "timeout_s": least}
+
+    assert f"settle: timeout_s is {least:g}, more than {key} {least:g} is wanted" in refusal(write_bench(bench_table))
+    bench_table["settle"]["timeout_s"] = least + 0.1
+    assert read_bench(write_bench(bench_table)).settle.timeout_s == least + 0.1
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("zero_us", "1500", "zero_us: Input should be a valid number, found '1500'"),
+        ("min_rad", True, "min_rad: Input should be a valid number, found True"),
+        ("servo", "1", "servo: Input should be a valid integer, found '1'"),
+        ("direction", True, "direction: 1 or -1 is wanted, found True"),
+    ],
+)
+def test_a_value_of_another_type_is_refused(
+    bench_table: dict[str, Any], write_bench: Write, key: str, value: object, message: str
+):
+    bench_table["joints"][0][key] = value
+
+    assert f"bench.toml: joint 1: {message}" in refusal(write_bench(bench_table))
+
+
+def test_a_byte_order_mark_is_no_fault(bench_table: dict[str, Any], write_bench: Write):
+    """Windows' Notepad writes one."""
+    path = write_bench(bench_table)
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+
+    assert read_bench(path).port == "/dev/ttyACM0"
 
 
 def test_missing_camera_file_is_named(bench_table: dict[str, Any], write_bench: Write):

@@ -22,7 +22,7 @@ class Inner(Strict):
 
 class Outer(Strict):
     inner: Inner
-    inners: tuple[Inner, ...] = ()
+    inners: list[Inner] = Field(default_factory=list)
     sizes: list[list[Positive]] | None = None
     kind: str = Field(alias="type")
 
@@ -86,6 +86,23 @@ def test_further_faults_are_counted_and_long_values_cut():
         check(Outer, {"inner": {"width_rad": "x" * 500}, "type": 3}, "file.toml")
     assert "(and 1 more)" in str(error.value)
     assert len(str(error.value)) < 250
+
+
+@pytest.mark.parametrize("value", ["1", True, None, [1]], ids=["text", "true", "nothing", "list"])
+def test_only_numbers_pass_for_numbers(value):
+    with pytest.raises(InputError, match=r"file\.toml: inner\.width_rad: Input should be a valid number, found "):
+        check(Outer, {"inner": {"width_rad": value}, "type": "x"}, "file.toml")
+
+
+def test_an_int_passes_for_a_float():
+    assert check(Inner, {"width_rad": 2}, "x").width_rad == 2.0
+
+
+def test_an_image_size_may_be_written_with_a_decimal_point_as_json_does_not_tell_the_two_apart():
+    assert check(CameraTable, {**CAMERA, "image_width": 1280.0}, "x").image_width == 1280
+    for value in (1280.5, "1280", True):
+        with pytest.raises(InputError, match="image_width: Input should be a valid integer"):
+            check(CameraTable, {**CAMERA, "image_width": value}, "x")
 
 
 @pytest.mark.parametrize("data", [[], 3, "text", None], ids=["list", "number", "text", "nothing"])

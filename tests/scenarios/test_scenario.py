@@ -83,6 +83,8 @@ BROKEN = [
     (lambda t: t["trajectories"].pop("line"), "trajectories"),
     (lambda t: t.update(validate_on="lin"), "validate_on names trajectory 'lin', which is not declared"),
     (lambda t: t["trajectories"]["circle"].update(radius_mm=-3), "trajectories.circle.radius_mm"),
+    (lambda t: t["trajectories"]["circle"].update(radius_mm="15"), "radius_mm: Input should be a valid number"),
+    (lambda t: t.update(seed=True), "seed: Input should be a valid integer, found True"),
     (lambda t: t["trajectories"]["circle"].update(samples=1), "trajectories.circle.samples"),
     (lambda t: t["trajectories"]["circle"].update(radius_mm=300), "trajectories.circle: pose 3"),
     (lambda t: t["effects"][0].update(name="backlsh"), "unknown effect 'backlsh'; did you mean 'backlash'?"),
