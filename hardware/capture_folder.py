@@ -13,7 +13,7 @@ import os
 import shutil
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,7 @@ from models.arm import Arm
 from models.bench import Frame
 from models.camera import Camera
 from models.errors import InputError, JobError, RecordingError
+from models.folder_lock import hold_folder, only_writer
 from models.plan import Plan
 from models.recording import Recording
 from models.recording_writer import columns_of, header_of, row_of
@@ -63,6 +64,7 @@ class CaptureFolder:
         self._done = 0
         self._time_offset_s = 0.0
         self._handle: int | None = None
+        self._lock: int | None = None
 
     @property
     def done(self) -> int:
@@ -73,16 +75,23 @@ class CaptureFolder:
         """Count the poses that are on disk, and write nothing.
 
         Raises `InputError` if the folder holds something else: another arm's or camera's data, another plan's poses,
-        what was captured with another servo map, no recording at all; or if the disk has no room for the pictures that
-        are missing.
+        what was captured with another servo map, no recording at all; if another capture is at work in it; or if the
+        disk has no room for the pictures that are missing.
         """
-        with self._refusing():
+        with self._refusing(), only_writer(self.folder) if self.folder.is_dir() else nullcontext():
             self._look()
 
     def open(self) -> None:
         """Begin the recording, or take up the one that is there; raises as `check` does."""
+        self.check()
         with self._refusing():
-            self._begin(self._look())
+            self.folder.mkdir(parents=True, exist_ok=True)
+            self._lock = hold_folder(self.folder)
+            try:
+                self._begin(self._look())
+            except BaseException:
+                self.close()
+                raise
 
     def add(self, frame: Frame) -> None:
         """Put the picture and the row of the next pose on disk; raises `JobError` if they do not fit.
@@ -115,10 +124,11 @@ class CaptureFolder:
             atomic.write_json(path, {**header, "held_out": list(held_out)})
 
     def close(self) -> None:
-        """Close the file of rows. May be called twice."""
-        if self._handle is not None:
-            os.close(self._handle)
-            self._handle = None
+        """Close the file of rows and let others have the folder. May be called twice."""
+        for handle in (self._handle, self._lock):
+            if handle is not None:
+                os.close(handle)
+        self._handle = self._lock = None
 
     def frame_path(self, sample: int) -> Path:
         """Where the picture of a pose stands."""
@@ -141,6 +151,11 @@ class CaptureFolder:
             )
         if found:
             self._refuse_other_bench()
+        frames = self.folder / "frames"
+        if frames.exists() and not frames.is_dir():
+            raise RecordingError(
+                f"{frames}: is a file, the folder of the pictures is wanted there; choose another --out"
+            )
         self._refuse_full_disk()
         samples = self.folder / "samples.csv"
         return self._take_up(samples) if samples.exists() else 0
@@ -181,9 +196,13 @@ class CaptureFolder:
 
     def _lacks_its_picture(self, sample: int, row: Row) -> bool:
         """Whether a row is as a capture writes it, but its picture never reached the disk: it is done again."""
-        if sample >= len(self.plan) or self.frame_path(sample).exists():
+        if sample >= len(self.plan) or self._has_picture(sample):
             return False
         return row.cells[2:] == cells_of(self._row(sample, 0.0))[2:]  # a measured one is no capture's to drop
+
+    def _has_picture(self, sample: int) -> bool:
+        path = self.frame_path(sample)
+        return path.is_file() and path.stat().st_size > 0
 
     def _checked_time(self, samples: Path, sample: int, cells: list[str]) -> float | None:
         """Return when a row was taken; raises `RecordingError` if it is not this plan's, or lacks its picture."""
@@ -197,14 +216,14 @@ class CaptureFolder:
                 f"{where}: holds pose '{','.join(cells[2 : 3 + self._arm.n_joints])[:80]}' of another plan, "
                 f"this one has '{','.join(wanted[2 : 3 + self._arm.n_joints])[:80]}'; choose another --out"
             )
-        if not self.frame_path(sample).is_file():
+        if not self._has_picture(sample):
             raise RecordingError(f"{where}: its picture frames/{sample:06d}.png is missing; choose another --out")
         return read_time_s(cells[1], where)
 
     def _refuse_other_servos(self) -> None:
         path = self._servo_file
-        found = read_json(path) if path.exists() else None
         wanted = servo_table(self._servo_map)
+        found = read_json(path) if path.exists() else wanted  # a recording that was not captured here has none
         if found != wanted:
             raise RecordingError(
                 f"{path}: the poses here were captured with another servo map "
@@ -214,9 +233,11 @@ class CaptureFolder:
     def _refuse_other_bench(self) -> None:
         path = self.folder / "recording.json"
         found = read_json(path)
+        if not isinstance(found, dict):
+            raise RecordingError(f"{path}: no recording, a table in braces is wanted; choose another --out")
         wanted: dict[str, Any] = json.loads(json.dumps(self._header()))
         for key in ("schema", "arm", "camera", "arm_plane_z_mm"):
-            here = found.get(key) if isinstance(found, dict) else None
+            here = found.get(key)
             if here != wanted[key]:
                 what = "another arm's data" if key == "arm" else f"data with another {key}"
                 raise RecordingError(

@@ -41,6 +41,9 @@ _ZERO_TOLERANCE_RAD = math.radians(8.0)
 _ONSET_MARGIN = 3.0
 # A move shorter than this is less than half a pixel at the tip of the nominal arm: it need not show.
 _VISIBLE_STEP_RAD = 2e-3
+# One of this turns even the shortest link's marker by some pixels. A servo may miss a command; not so many on end.
+_PLAIN_STEP_RAD = 0.05
+_MOST_UNSEEN_MOVES = 3
 
 
 class MotionError(JobError):
@@ -73,6 +76,7 @@ class HardwareBench:
         self._resting: tuple[Picture, Grey] | None = None  # what the last move ended with, until it is captured
         self._late_s = 0.0  # how far the stream is behind: from the last command until its motion began to show
         self._worst_late_s = 0.0  # the longest of these so far
+        self._unseen_moves = 0  # plain ones on end that the picture did not show
         self._started_s = 0.0
 
     def connect(self) -> None:
@@ -140,12 +144,20 @@ class HardwareBench:
         self._wait_for_rest(before, sent_s)
 
     def posture(self) -> Array | None:
-        """(n,) joint angles, rad, that the newest picture shows, or None when a marker is hidden. Raises `JobError`."""
+        """(n,) joint angles, rad, that the newest picture shows, or None when a marker is hidden.
+
+        Raises `JobError` where no marker at all is seen.
+        """
         if self._find_markers is None:
             return None
         setup = self.setup
         thought = setup.rest_rad if self._q is None else self._q
         markers = self._find_markers(self.webcam.newest().image, thought)
+        if not markers:
+            raise JobError(
+                f"camera {self.webcam.source}: no marker is in the picture ({', '.join(setup.arm.marker_names)} are "
+                "looked for); turn the camera to the arm, light the stickers"
+            )
         links = link_vectors_mm(setup.arm, setup.camera, setup.arm_plane_z_mm, markers)
         return None if links is None else joint_angles(setup.arm, links)
 
@@ -200,10 +212,22 @@ class HardwareBench:
             raise
         self._q = q
         self._refuse_limp(self.link.wait())
-        self._wait_for_rest(before if distance >= _VISIBLE_STEP_RAD else None, sent_s)
+        seen = self._wait_for_rest(before if distance >= _VISIBLE_STEP_RAD else None, sent_s)
+        self._refuse_unseen(seen or distance < _PLAIN_STEP_RAD)
 
-    def _wait_for_rest(self, reference: Grey | None, sent_s: float) -> None:
-        """Wait for the picture to rest after a command that was sent at `sent_s` and has been executed."""
+    def _refuse_unseen(self, seen: bool) -> None:
+        self._unseen_moves = 0 if seen else self._unseen_moves + 1
+        if self._unseen_moves == _MOST_UNSEEN_MOVES:
+            raise MotionError(
+                f"camera {self.webcam.source}: the picture showed nothing of the last {_MOST_UNSEEN_MOVES} moves; is "
+                "the servos' supply on, does the camera look at this arm, is its picture live?"
+            )
+
+    def _wait_for_rest(self, reference: Grey | None, sent_s: float) -> bool:
+        """Wait for the picture to rest after a command that was sent at `sent_s` and has been executed.
+
+        Returns whether a motion showed.
+        """
         settle = self.setup.settle
         if self.noise is None:
             raise JobError("the bench is not connected")
@@ -225,6 +249,7 @@ class HardwareBench:
         if reference is not None and watch.onset_at_s is not None:
             self._note_lateness(watch.onset_at_s - sent_s, watch.onset_at_s > first.arrived_s)
         self._resting = picture, grey
+        return watch.onset_at_s is not None
 
     def _note_lateness(self, late_s: float, was_seen: bool) -> None:
         """Note how late a motion began to show; where that was missed, the first picture says how late at most."""

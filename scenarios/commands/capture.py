@@ -35,6 +35,9 @@ def capture_command(
     hold_out: Annotated[
         list[str] | None, typer.Option("--hold-out", help="Trajectory to keep for validation; may be given again.")
     ] = None,
+    speed: Annotated[
+        float, typer.Option("--speed", min=0.1, max=4.0, help="Of the emulated bench, times real time.")
+    ] = 1.0,
 ) -> None:
     """Move the arm through a plan and take a picture of every pose.
 
@@ -45,9 +48,11 @@ def capture_command(
     Example: armtwin capture --bench bench.toml --plan paper --out recordings/first
     """
     if bench == EMULATED:
-        with EmulatedBench() as emulated:
+        with EmulatedBench(speed=speed) as emulated:
             setup = read_bench(emulated.bench_file)
             capture(setup, plan, out, hold_out, emulated.hang)
+    elif speed != 1.0:
+        raise InputError("--speed: a real bench goes at its own speed; leave it out, or use --bench emulated")
     else:
         capture(read_bench(Path(bench)), plan, out, hold_out, None)
 

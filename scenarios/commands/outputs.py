@@ -13,6 +13,8 @@ def check_out_folder(out: Path) -> None:
     try:
         if out.exists() and not out.is_dir():
             raise InputError(f"{out}: is a file, --out wants a folder")
+        if out.is_symlink() and not out.exists():
+            raise InputError(f"{out}: a link that leads nowhere, --out wants a folder")
         standing = next(path for path in (out.absolute(), *out.absolute().parents) if path.exists())
     except OSError as error:
         raise InputError(f"--out {out}: no folder can be made there ({error.strerror})") from None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,6 +12,7 @@ from typing import Any
 
 from models import atomic
 from models.errors import InputError
+from models.folder_lock import only_writer
 from scenarios.scenario import ScenarioFile, check_scenario
 
 
@@ -78,13 +78,7 @@ def alone(job: Job) -> Iterator[None]:
 
     Raises `InputError` where another process is at work there.
     """
-    with (job.out / "lock").open("w") as lock:
-        try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            raise InputError(
-                f"{job.out}: another armtwin is at work there; wait for it or choose another --out"
-            ) from None
+    with only_writer(job.out):
         atomic.clear_leftovers(job.out)
         try:
             yield

@@ -16,6 +16,7 @@ from pydantic import BaseModel
 from calib.markers import measure_recording
 from models import atomic
 from models.errors import InputError, JobError
+from models.folder_lock import only_writer
 from models.recording import Recording
 from models.recording_writer import write_recording
 from models.validation import Finite, Positive, check
@@ -70,17 +71,19 @@ def world_folder(out: Path, index: int) -> Path:
 def seal(out: Path, options: SealOptions, jobs: int) -> Iterator[int]:
     """Make the worlds that `out` does not hold yet; yields each one's index when it is done.
 
-    Raises `InputError` where `out` holds another set.
+    Raises `InputError` where `out` holds another set, or another process is at work there.
     """
     wanted = orders(options)
-    made = _begin(out, options)
-    tasks = [(k, Task(out, options, k, order)) for k, order in enumerate(wanted) if f"{k:04d}" not in made]
-    for index, truth in in_processes(make_world, tasks, jobs):
-        if isinstance(truth, BaseException):
-            raise truth
-        made[f"{index:04d}"] = truth
-        _write_truth(out, options, made)
-        yield index
+    out.mkdir(parents=True, exist_ok=True)
+    with only_writer(out):
+        made = _begin(out, options)
+        tasks = [(k, Task(out, options, k, order)) for k, order in enumerate(wanted) if f"{k:04d}" not in made]
+        for index, truth in in_processes(make_world, tasks, jobs):
+            if isinstance(truth, BaseException):
+                raise truth
+            made[f"{index:04d}"] = truth
+            _write_truth(out, options, made)
+            yield index
 
 
 def make_world(task: Task) -> dict[str, Any]:

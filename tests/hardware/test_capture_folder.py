@@ -165,7 +165,9 @@ def test_last_rows_whose_pictures_a_power_cut_took_are_done_again(folder: Path, 
     for sample in range(3 - lost, 3):
         (folder / "frames" / f"{sample:06d}.png").unlink()
 
-    assert begin(folder).done == 3 - lost
+    taken_up = begin(folder)
+    assert taken_up.done == 3 - lost
+    taken_up.close()
     fill(folder, 4)
 
     assert list(read_recording(folder).sample) == [0, 1, 2, 3]
@@ -212,17 +214,48 @@ def test_what_another_servo_map_captured_is_not_gone_on_with(folder: Path):
 
 def test_a_servo_map_that_no_pose_was_captured_with_may_still_be_mended(folder: Path):
     begin(folder).close()
-    begin(folder, servos=other_zero()).add(frame(0))
+    mended = begin(folder, servos=other_zero())
+    mended.add(frame(0))
+    mended.close()
 
     assert begin(folder, servos=other_zero()).done == 1
 
 
-def test_poses_of_which_nobody_knows_the_servo_map_are_not_gone_on_with(folder: Path):
+def test_poses_that_came_without_a_servo_map_are_gone_on_with(folder: Path):
     fill(folder, 2)
     (folder / "servos.json").unlink()
 
-    with pytest.raises(RecordingError, match="another servo map"):
-        begin(folder)
+    recording = begin(folder)
+    assert recording.done == 2
+    recording.close()
+
+
+def test_two_captures_into_one_folder_are_refused(folder: Path):
+    first = begin(folder)
+    for second in (unopened(folder).check, unopened(folder).open):
+        with pytest.raises(InputError, match="another armtwin is at work there"):
+            second()
+    first.close()
+
+    unopened(folder).check()
+
+
+def test_a_picture_of_which_nothing_reached_the_disk_is_taken_again(folder: Path):
+    fill(folder, 2)
+    (folder / "frames" / "000001.png").write_bytes(b"")
+
+    recording = begin(folder)
+    assert recording.done == 1
+    recording.close()
+
+
+def test_a_file_in_the_place_of_the_pictures_folder_is_refused(folder: Path):
+    fill(folder, 0)
+    (folder / "frames").rmdir()
+    (folder / "frames").write_text("")
+
+    with pytest.raises(RecordingError, match="frames: is a file"):
+        unopened(folder).check()
 
 
 def test_another_arms_data_is_refused_and_left_alone(folder: Path):

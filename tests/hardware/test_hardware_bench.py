@@ -13,7 +13,7 @@ from hardware.bench_file import BenchSetup
 from hardware.bench_tables import CameraSettings
 from hardware.emulator import FirmwareEmulator, missing_packages
 from hardware.emulator.mjpeg import MjpegServer, to_jpeg
-from hardware.hardware_bench import DetachedError, HardwareBench
+from hardware.hardware_bench import DetachedError, HardwareBench, MotionError
 from models.bench import Bench
 from models.camera import Camera
 from models.errors import InputError, JobError
@@ -32,6 +32,7 @@ class Filmed:
         self.server = MjpegServer()
         self.spoil = lambda image: image
         self.late_s = 0.0
+        self.scene_stands = False  # as where the servos have no supply
         self.scene = Scene()
         self._board = board
         self._stop = threading.Event()
@@ -42,7 +43,7 @@ class Filmed:
         queue: deque[tuple[float, bytes]] = deque()
         while not self._stop.wait(0.02):
             width = self._board.widths_us()[0]
-            if np.isfinite(width):
+            if np.isfinite(width) and not self.scene_stands:
                 self.scene.angle_rad = round((width - 1500.0) / 636.62, 2)
             queue.append((time.monotonic() + self.late_s, to_jpeg(self.spoil(self.scene.picture()))))
             while queue and queue[0][0] <= time.monotonic():
@@ -181,6 +182,22 @@ def test_a_board_that_detached_between_two_moves_is_said_so(bench: HardwareBench
         bench.move(np.array([0.3, 0.0, 0.0]))
     with pytest.raises(DetachedError):
         bench.capture()
+
+
+def test_an_arm_that_never_moves_in_the_picture_ends_the_capture(bench: HardwareBench, filmed: Filmed):
+    filmed.scene_stands = True
+    bench.move(np.array([0.1, 0.0, 0.0]))
+    bench.move(np.array([0.2, 0.0, 0.0]))
+
+    with pytest.raises(MotionError, match="the picture showed nothing of the last 3 moves"):
+        bench.move(np.array([0.1, 0.0, 0.0]))
+
+
+def test_a_picture_without_any_marker_is_refused_before_anything_is_armed(wired: BenchSetup, board: FirmwareEmulator):
+    with HardwareBench(wired, lambda image, q: {}) as blind:
+        with pytest.raises(JobError, match=r"no marker is in the picture \(a, b, c, f are looked for\)"):
+            blind.move(np.array([0.1, 0.0, 0.0]))
+        assert board.drain() == []
 
 
 def test_time_runs_from_picture_to_picture(bench: HardwareBench):

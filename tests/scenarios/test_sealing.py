@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from models.errors import InputError
+from models.folder_lock import only_writer
 from models.recording_reader import read_recording
 from scenarios.cli import main
 from scenarios.scoring.orders import SealOptions, orders
@@ -128,6 +129,11 @@ def test_a_set_killed_in_its_first_world_is_gone_on_with(few: Path, tmp_path: Pa
 def test_a_folder_of_another_set_is_refused(few: Path) -> None:
     with pytest.raises(InputError, match="other options"):
         list(seal(few, SealOptions(n=2, seed=5), jobs=1))
+
+
+def test_a_folder_in_which_another_set_is_being_made_is_refused(few: Path) -> None:
+    with only_writer(few), pytest.raises(InputError, match="another armtwin is at work there"):
+        list(seal(few, FEW, 1))
 
 
 def test_a_folder_that_holds_something_else_is_refused(tmp_path: Path) -> None:
