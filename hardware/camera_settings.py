@@ -90,11 +90,16 @@ def read_back(device: Device, wanted: CameraSettings, width: int, height: int) -
 def refuse_mismatch(source: str, answers: list[Readback]) -> list[str]:
     """Raise `InputError` for settings that change what is measured; return a note for a rate that was not taken over.
 
-    A wrong size voids the calibration, and a lens, exposure or colour balance left to the camera changes between poses.
+    A camera without any size has no pictures. A wrong size voids the calibration, and a lens, exposure or colour balance left to the camera changes between poses.
     """
     refused = [answer for answer in answers if not answer.taken]
     fatal = [answer for answer in refused if answer.key != "fps"]
     size = [answer for answer in fatal if answer.key.startswith("image_")]
+    if size and not any(answer.found for answer in size):  # the size is that of the first picture
+        raise InputError(
+            f"camera {source}: opened, but no picture of it could be read: broken pictures, or a format that is not "
+            "known here; look at it with another program, restart it"
+        )
     if size:
         raise InputError(
             f"camera {source}: refused {', '.join(map(str, size))}; the calibration holds for this size only: "

@@ -5,6 +5,8 @@ from __future__ import annotations
 import contextlib
 import errno
 import grp
+import os
+import termios
 from pathlib import Path
 
 import serial
@@ -48,7 +50,20 @@ def _explain(port: str, error: OSError) -> str:
             f"serial port {port}: another program is using it; close it (another armtwin, the Arduino IDE's serial "
             f"monitor); 'fuser -v {port}' names it"
         )
-    return f"serial port {port}: it cannot be used as a serial port ({error}); name the Arduino's, like /dev/ttyACM0"
+    number = _system_number(error)
+    path = Path(port)
+    kind = "a folder" if path.is_dir() else "a file" if path.is_file() else "a device of another kind"
+    if path.is_dir() or path.is_file() or number in (errno.ENOTTY, errno.EINVAL):  # it takes no speed
+        found = ", ".join(candidates()) or "none"
+        return f"serial port {port}: it is {kind}, no serial port; USB serial ports found: {found}"
+    why = "no reason given" if number is None else os.strerror(number)
+    return f"serial port {port}: it cannot be used ({why}); pull its cable, plug it in again and start again"
+
+
+def _system_number(error: OSError) -> int | None:
+    """Return the system's error number; of a port that cannot be set pyserial keeps it in what it caught alone."""
+    cause = error.__context__
+    return int(cause.args[0]) if error.errno is None and isinstance(cause, termios.error) else error.errno
 
 
 def _group(port: str) -> str:

@@ -65,8 +65,19 @@ def test_a_port_is_free_again_once_closed(port: str) -> None:
     open_port(port, 0.1).close()
 
 
-def test_a_file_is_no_serial_port(tmp_path: Path) -> None:
-    path = tmp_path / "ttyACM0"
-    path.write_text("not a port")
-    with pytest.raises(InputError, match="cannot be used as a serial port"):
-        open_port(str(path), 0.1)
+@pytest.mark.parametrize(
+    ("name", "kind"), [("file", "a file"), ("folder", "a folder"), ("pipe", "a device of another kind")]
+)
+def test_what_is_no_serial_port_is_called_what_it_is(tmp_path: Path, name: str, kind: str) -> None:
+    (tmp_path / "file").write_text("not a port")
+    (tmp_path / "folder").mkdir()
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(InputError) as error:
+        open_port(str(tmp_path / name), 0.1)
+    assert f"serial port {tmp_path / name}: it is {kind}, no serial port; USB serial ports found: " in str(error.value)
+
+
+def test_a_path_through_a_file_says_why_in_the_systems_words(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=r"it cannot be used \(Not a directory\); pull its cable"):
+        open_port(str(tmp_path / "file" / "port"), 0.1)

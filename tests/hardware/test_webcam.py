@@ -127,6 +127,25 @@ def test_a_stream_of_another_size_is_refused(streamer: Streamer):
         Webcam(settings(streamer.server.url), 1280, 720).open()
 
 
+def test_a_stream_of_broken_pictures_is_said_to_give_none(streamer: Streamer):
+    streamer.mode = "stalled"
+    stop = threading.Event()
+    broken = to_jpeg(streamer.picture())[:600] + b"\xff\xd9"
+
+    def publish() -> None:
+        while not stop.wait(0.02):
+            streamer.server.publish(broken)
+
+    thread = threading.Thread(target=publish)
+    thread.start()
+    try:
+        with pytest.raises(InputError, match="no picture of it could be read"):
+            Webcam(settings(streamer.server.url), *SIZE).open()
+    finally:
+        stop.set()
+        thread.join()
+
+
 def test_a_stream_takes_no_settings(streamer: Streamer):
     with pytest.raises(InputError, match="a stream takes no focus"):
         Webcam(settings(streamer.server.url, focus=30), *SIZE).open()
