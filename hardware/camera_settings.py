@@ -90,7 +90,8 @@ def read_back(device: Device, wanted: CameraSettings, width: int, height: int) -
 def refuse_mismatch(source: str, answers: list[Readback]) -> list[str]:
     """Raise `InputError` for settings that change what is measured; return a note for a rate that was not taken over.
 
-    A camera without any size has no pictures. A wrong size voids the calibration, and a lens, exposure or colour balance left to the camera changes between poses.
+    A camera without any size has no pictures. A wrong size voids the calibration, and a lens, exposure or
+    colour balance left to the camera changes between poses.
     """
     refused = [answer for answer in answers if not answer.taken]
     fatal = [answer for answer in refused if answer.key != "fps"]
