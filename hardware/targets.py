@@ -9,7 +9,7 @@ import io
 from dataclasses import dataclass
 from pathlib import Path
 
-from reportlab.lib.colors import Color, black
+from reportlab.lib.colors import Color, black, white
 from reportlab.lib.pagesizes import A4, LETTER, landscape
 from reportlab.pdfgen.canvas import Canvas
 
@@ -25,6 +25,8 @@ BOARD_COLUMNS, BOARD_ROWS, SQUARE_MM = 10, 7, 23.0
 DISC_MM, GROUND_MM = 14.0, 21.0
 # Red that the red channel sees as it sees white paper: only the ground is dark there.
 RED = Color(0.85, 0.0, 0.0)
+# A cross to prick a pin through. In white, which the red channel hardly tells from the disc: it moves no centre.
+_CROSS_MM, _CROSS_LINE_MM = 3.0, 0.2
 _STICKERS = (8, 4)  # columns, rows
 _STICKER_PITCH_MM = 28.0
 _RULER_MM = 100
@@ -42,7 +44,7 @@ class Page:
     height_mm: float
 
     def rectangle(self, x: float, y: float, width: float, height: float) -> None:
-        """Fill a black rectangle."""
+        """Fill a rectangle."""
         self.canvas.rect(*(v * POINTS_PER_MM for v in (x, y, width, height)), stroke=0, fill=1)
 
     def disc(self, x: float, y: float, diameter: float, colour: Color) -> None:
@@ -55,6 +57,13 @@ class Page:
         """Draw a hair line."""
         self.canvas.setLineWidth(0.1 * POINTS_PER_MM)
         self.canvas.line(*(v * POINTS_PER_MM for v in (x0, y0, x1, y1)))
+
+    def cross(self, x: float, y: float, size: float, width: float, colour: Color) -> None:
+        """Fill an upright cross of two bars."""
+        self.canvas.setFillColor(colour)
+        self.rectangle(x - 0.5 * size, y - 0.5 * width, size, width)
+        self.rectangle(x - 0.5 * width, y - 0.5 * size, width, size)
+        self.canvas.setFillColor(black)
 
     def text(self, x: float, y: float, words: str, size: float = 9.0) -> None:
         """Write a line."""
@@ -114,16 +123,14 @@ def _stickers(page: Page) -> None:
             x, y = left + column * _STICKER_PITCH_MM, top - row * _STICKER_PITCH_MM
             page.disc(x, y, GROUND_MM, black)
             page.disc(x, y, DISC_MM, RED)
-            for sign in (-1, 1):  # marks outside the ground to aim at the axis with
-                page.line(x + sign * 0.5 * GROUND_MM, y, x + sign * (0.5 * GROUND_MM + 2.0), y)
-                page.line(x, y + sign * 0.5 * GROUND_MM, x, y + sign * (0.5 * GROUND_MM + 2.0))
+            page.cross(x, y, _CROSS_MM, _CROSS_LINE_MM, white)
     low = top - (rows - 1) * _STICKER_PITCH_MM - 0.5 * GROUND_MM
     _ruler(page, 0.5 * (page.width_mm - _RULER_MM), low - 20.0, _RULER_MM)
     page.text(
         _MARGIN_MM + 5.0,
         low - 30.0,
         f"armtwin stickers: discs of {DISC_MM:g} mm on {GROUND_MM:g} mm. Matt paper. Cut round the black ground, "
-        "put the centre on the screw of each joint (A, B, C) and on the tip (F).",
+        "prick a pin through the cross, and put it on the axis of each joint (A, B, C) and on the tip (F).",
     )
 
 

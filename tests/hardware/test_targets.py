@@ -97,4 +97,16 @@ def test_printed_stickers_have_discs_of_14_mm_on_21_mm(pages: list[np.ndarray]):
         big = stats[1:][stats[1:, cv2.CC_STAT_AREA] > 2000]
         assert len(big) == 32, count
         sides = np.sqrt(big[:, cv2.CC_STAT_AREA] * 4 / np.pi) / 150.0 * 25.4
-        np.testing.assert_allclose(sides, diameter, atol=0.3)  # the marks that aim at the axis add a little
+        np.testing.assert_allclose(sides, diameter, atol=0.15)  # the cross in the middle takes a little
+
+
+def test_a_cross_marks_the_middle_of_every_disc_and_stays_on_the_sticker_that_is_cut_out(pages: list[np.ndarray]):
+    blue, _, red = cv2.split(pages[1])
+    count, grounds, stats, middles = cv2.connectedComponentsWithStats((cv2.blur(blue, (9, 9)) < 128).astype(np.uint8))
+    assert count == 1 + 32 + np.sum(stats[1:, cv2.CC_STAT_AREA] < 2000)
+    for number in np.flatnonzero(stats[:, cv2.CC_STAT_AREA] >= 2000)[1:]:
+        white = np.argwhere((grounds == number) & (blue > 60) & (red > 200))[:, ::-1]
+        near = white[np.linalg.norm(white - middles[number], axis=1) < 30]  # 5 mm; the disc's rim is at 7 mm
+        assert len(near) > 10
+        np.testing.assert_allclose(near.mean(axis=0), middles[number], atol=1.0)
+        assert np.ptp(near, axis=0).max() < 24  # 4 mm
