@@ -23,5 +23,9 @@ def targets_command(
     """
     if out.is_dir():
         raise InputError(f"--out: '{out}' is a folder, the name of a PDF is wanted")
-    write_targets(out, paper.lower())
+    try:
+        write_targets(out, paper.lower())
+    except OSError as error:
+        error.filename = str(out)  # not that of the file aside, which the user never named
+        raise
     typer.echo(f"Targets written to {out}: print at 100 %, then check a ruler on it with your own")

@@ -3,6 +3,7 @@ from pathlib import Path
 import pytest
 
 from models.errors import InputError
+from scenarios.cli import main
 from scenarios.commands.targets import targets_command
 
 
@@ -15,6 +16,13 @@ def test_writes_a_pdf(tmp_path: Path):
 def test_a_folder_is_no_pdf(tmp_path: Path):
     with pytest.raises(InputError, match="is a folder"):
         targets_command(tmp_path, "a4")
+
+
+def test_a_place_that_takes_no_file_is_named_as_it_was_given(capsys: pytest.CaptureFixture[str]):
+    with pytest.raises(SystemExit) as left:
+        main(["targets", "--out", "/proc/x.pdf"])
+    assert left.value.code == 2
+    assert capsys.readouterr().err.startswith("armtwin: /proc/x.pdf: ")
 
 
 def test_unknown_paper_writes_nothing(tmp_path: Path):
