@@ -14,7 +14,7 @@ from reportlab.lib.pagesizes import A4, LETTER, landscape
 from reportlab.pdfgen.canvas import Canvas
 
 from models import atomic
-from models.errors import InputError, nearest
+from models.errors import InputError, nearest, shown
 
 POINTS_PER_MM = 72.0 / 25.4
 PAPERS: dict[str, tuple[float, float]] = {"a4": landscape(A4), "letter": landscape(LETTER)}
@@ -74,7 +74,7 @@ class Page:
 def targets_pdf(paper: str = "a4") -> bytes:
     """Return the PDF for a4 or letter paper; raises `InputError` for another."""
     if paper not in PAPERS:
-        raise InputError(f"--paper: unknown '{paper}'{nearest(paper, PAPERS)}")
+        raise InputError(f"--paper: unknown '{shown(paper)}'{nearest(paper, PAPERS)}")
     out = io.BytesIO()
     size = PAPERS[paper]
     canvas = Canvas(out, pagesize=size, pageCompression=0, invariant=1)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from models import atomic
 from models.arm import Arm
-from models.errors import InputError, nearest
+from models.errors import InputError, nearest, shown
 from models.kinematics import inverse
 from models.trajectories import paper_trajectories
 
@@ -79,7 +79,7 @@ def read_plan(path: Path, n_joints: int) -> Plan:
     columns = [name.strip() for name in lines[0]] if lines else []
     for name in columns:
         if name not in valid:
-            raise InputError(f"{path.name}: unknown column '{name}'{nearest(name, valid)}")
+            raise InputError(f"{path.name}: unknown column '{shown(name)}'{nearest(name, valid)}")
     for name in required:
         if columns.count(name) != 1:
             raise InputError(f"{path.name}: column '{name}' is wanted once, found {columns.count(name)} times")

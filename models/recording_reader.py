@@ -13,7 +13,7 @@ from pydantic import Field
 
 from models.arm import Arm, arm_from_table
 from models.camera import Camera, check_plane
-from models.errors import InputError, RecordingError, nearest
+from models.errors import InputError, RecordingError, nearest, shown
 from models.recording import OPTIONAL_COLUMNS, Recording
 from models.recording_table import Table
 from models.validation import FROM_LIST, HEAVIEST_KG, ArmTable, CameraTable, Finite, Strict, check
@@ -72,7 +72,7 @@ def read_recording(folder: Path, *, unmeasured: bool = False) -> Recording:
     for name in header.held_out:
         if name not in trajectory:
             raise RecordingError(
-                f"recording.json: held_out names trajectory '{name}', which samples.csv does not have"
+                f"recording.json: held_out names trajectory '{shown(name)}', which samples.csv does not have"
                 + nearest(name, {str(t) for t in trajectory})
             )
     return Recording(
@@ -161,7 +161,7 @@ def _check_columns(columns: list[str], arm: Arm) -> None:
     valid = [*required, *pixels, *measured, *OPTIONAL_COLUMNS]
     for name in columns:
         if name not in valid:
-            raise RecordingError(f"samples.csv: unknown column '{name}'{nearest(name, valid)}")
+            raise RecordingError(f"samples.csv: unknown column '{shown(name)}'{nearest(name, valid)}")
         if columns.count(name) > 1:
             raise RecordingError(f"samples.csv: column '{name}' stands twice; keep one")
     wanted = list(required)

@@ -15,7 +15,7 @@ from numpy.random import Generator
 from pydantic import Field
 
 from models.effects.registry import catalogue
-from models.errors import InputError, nearest
+from models.errors import InputError, nearest, shown
 from models.validation import FROM_LIST, Strict
 from sim.sealed import EFFECTS, STRENGTHS, Sealed, Strength
 
@@ -54,7 +54,7 @@ def orders(options: SealOptions) -> list[Order]:
     singles = [name for name in options.effects if name != "none"] or list(EFFECTS)
     for name in singles:
         if name not in EFFECTS:
-            raise InputError(f"--effects: unknown effect '{name}'{nearest(name, EFFECTS)}; 'none' hides nothing")
+            raise InputError(f"--effects: unknown effect '{shown(name)}'{nearest(name, EFFECTS)}; 'none' hides nothing")
     only = set(options.effects) == {"none"}
     counts: dict[Kind, int] = {
         "null": _nulls(options, only),

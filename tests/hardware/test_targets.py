@@ -68,6 +68,12 @@ def test_unknown_paper_is_refused():
         targets_pdf("a5")
 
 
+def test_a_papers_name_of_thousands_of_characters_is_cut():
+    with pytest.raises(InputError) as error:
+        targets_pdf("k" * 5000)
+    assert len(str(error.value)) < 200
+
+
 @pytest.fixture
 def pages(paper: str, tmp_path: Path) -> list[np.ndarray]:
     """Pages at 150 dots an inch."""

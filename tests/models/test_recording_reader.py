@@ -133,6 +133,14 @@ def test_an_extra_column_is_named_with_the_nearest_valid_one(folder, old, new, h
     refused(folder, hint)
 
 
+def test_a_column_whose_name_has_no_end_is_cut_in_the_message(folder):
+    rename_column(folder, "time_s", "k" * 5000)
+    with pytest.raises(RecordingError) as error:
+        read_recording(folder)
+    assert "unknown column 'kkk" in str(error.value)
+    assert len(str(error.value)) < 1500  # the valid names are listed
+
+
 def test_a_column_that_stands_twice_is_refused(folder):
     rename_column(folder, "f_u_px", "a_u_px")
     refused(folder, "samples.csv: column 'a_u_px' stands twice; keep one")
