@@ -28,10 +28,13 @@ def term(context: Context, state: PointState, values: Array, site: Site) -> Poin
     """Points beyond a joint whose axis is turned by (tilt_x, tilt_y) rad out of the normal, in the link before it."""
     assert site.joint is not None
     joint = site.joint - 1
-    before = np.ones(len(context), dtype=complex) if joint == 0 else state.frames(context)[:, joint - 1]
+    still = np.ones(len(context), dtype=complex)
+    before = still if joint == 0 else state.frames(context)[:, joint - 1]
     lean = Rotation.from_rotvec([values[0], values[1], 0.0])
     if values[2]:
-        turn = np.angle(state.directions[:, joint] * np.conj(before) * np.exp(-1j * context.arm.zero_pose_rad[joint]))
+        # The joint's own angle: its zero, and those before it, are in how the links are built.
+        turned = state.directions[:, joint] * np.conj(still if joint == 0 else state.directions[:, joint - 1])
+        turn = np.angle(turned * np.exp(-1j * context.arm.zero_pose_rad[joint]))
         along_z = turn[:, None] * np.array([0.0, 0.0, 1.0])
         extra = lean * Rotation.from_rotvec(along_z) * lean.inv() * Rotation.from_rotvec(-along_z)
     else:

@@ -1,5 +1,7 @@
 """A joint axis that is not square to the plane."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -39,3 +41,11 @@ def test_a_link_that_is_square_to_its_axis_circles_in_a_tilted_plane() -> None:
     leaning, flat = tilted(2, 0.0, q)
     arm = leaning[:, 2] - flat[:, 1]
     assert np.linalg.svd(arm, compute_uv=False)[2] < 1e-9
+
+
+def test_the_zeros_of_the_joints_change_nothing_of_where_a_link_is_square_to_the_plane() -> None:
+    context = context_of(np.zeros((3, 3)))
+    lean = active("axis_tilt", [0.03, -0.05, 1.0], joint=3)
+    turned = replace(drawn(context), links=drawn(context).links * np.exp(1j * np.cumsum([0.1, 0.08, -0.05])))
+    leaning = marker_points(context, turned, context.q_cmd, (lean,))
+    np.testing.assert_allclose(leaning, marker_points(context, turned, context.q_cmd), atol=1e-9)
