@@ -35,12 +35,13 @@ _MOST_EFFECTS = 3
 # one explains less of than half is rather the imperfect form of those already named.
 _FIRST_SHARE = 0.2
 _FURTHER_SHARE = 0.5
-# Beside a strong cause, a weak one is believed where it explains this share of all, or is felt by most values and
-# leaves nothing but noise, or next to nothing of what it found.
+# Beside a strong cause, a weak one is believed where it explains this share of all, or is felt by most values, not by
+# some poses alone, and leaves nothing but noise, or next to nothing of what it found.
 _LEAST_OF_ALL = 0.01
 _QUIET = 1.2
 _NEXT_TO_NOTHING = 0.05
-_FELT = 0.5
+_FELT = 0.4
+_SOME_POSES = 0.1
 # An estimate of the noise is lowered when a model leaves less than this part of it.
 _CLEARLY_QUIETER = 0.85
 # An effect that leaves less than this share of the excess explains points that look like gross errors, too.
@@ -116,6 +117,8 @@ def search(
     needed = _needed(data, base)
     if len(needed.effects) < len(base.effects):
         base, equivalents = settle(data, needed, progress)
+    # What looked like a gross error beside a poorer model may be none beside the last.
+    repaired, data, base = _repaired_again(raw, repair(raw, base), base)
     return _explanation(data, raw, base, repaired, equivalents, considered)
 
 
@@ -204,15 +207,17 @@ def _accepted(data: Data, base: Fit, candidate: Candidate, g: Array) -> bool:
         return gain > _FIRST_SHARE * excess_of(data, base)
     if gain <= _FURTHER_SHARE * excess_of(data, base):
         return False
-    return _weighs(data, candidate.fit, gain, g)
+    return _weighs(data, candidate.fit, base, g)
 
 
-def _weighs(data: Data, model: Fit, gain: float, g: Array) -> bool:
-    """Whether one of several causes of a model is worth its name by what it gains."""
+def _weighs(data: Data, model: Fit, without: Fit, g: Array) -> bool:
+    """Whether one of several causes of a model is worth its name by what it gains over the model without it."""
+    by_pose = np.sort((without.misfit - model.misfit).sum(axis=1)[data.counts.any(axis=1)])
+    gain, felt = float(by_pose.sum()), float(by_pose[: int(len(by_pose) * (1.0 - _SOME_POSES))].sum())
     at_first = excess_of(data, fit(data, g, ()))
     reduced = float(model.misfit.sum()) / degrees_of_freedom(data, model)
     explains = reduced < _QUIET or excess_of(data, model) < _NEXT_TO_NOTHING * gain
-    return gain > _LEAST_OF_ALL * at_first or (explains and gain > _FELT * data.n_values)
+    return gain > _LEAST_OF_ALL * at_first or (explains and felt > _FELT * data.n_values)
 
 
 def _needed(data: Data, model: Fit) -> Fit:
@@ -222,7 +227,7 @@ def _needed(data: Data, model: Fit) -> Fit:
         least = min(without, key=lambda rest: float(rest.misfit.sum()))
         gain = float(least.misfit.sum() - model.misfit.sum())
         if least.effects:
-            weighs = _weighs(data, model, gain, model.g)
+            weighs = _weighs(data, model, least, model.g)
         else:
             tries = len(candidate_sites(data)) * len(model.misfit)  # at every site from any row on
             weighs = gain > max(_FIRST_SHARE * excess_of(data, least), float(stats.chi2.isf(LEVEL / tries, 1)))

@@ -23,6 +23,8 @@ _CALM = 3.5
 _GROSS_PX = 0.1
 # Two detections do not fail by the same vector to within this part of its length.
 _ALIKE = 0.6
+# A lever that turns in the arm's plane changes its length in the picture by so much of the way, seen somewhat askew.
+_KEYSTONE = 0.01
 
 
 def find(context: Context, view: View) -> list[tuple[Site, Array]]:
@@ -76,8 +78,8 @@ def _turned(context: Context, view: View, row: int, column: int) -> bool:
             return False  # so would this have moved, and of those beyond it
         if chain[hinge] in place:
             lever = view.predicted[row, column] - view.predicted[row, place[chain[hinge]]]
-            along = abs(float(residual @ lever)) / max(float(np.linalg.norm(lever)), 1e-9)
-            if along < _CALM * view.scale:
+            longer = float(np.linalg.norm(lever + residual) - np.linalg.norm(lever))
+            if abs(longer) < _CALM * view.scale + _KEYSTONE * float(np.linalg.norm(residual)):
                 return True
     return False
 
