@@ -227,7 +227,7 @@ class CaptureFolder:
         if found != wanted:
             raise RecordingError(
                 f"{path}: the poses here were captured with another servo map "
-                f"({first_difference('joints', found, wanted)}); choose another --out, or set the bench file back"
+                f"({first_difference("joint", found, wanted)}); choose another --out, or set the bench file back"
             )
 
     def _refuse_other_bench(self) -> None:

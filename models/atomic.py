@@ -22,21 +22,20 @@ _OLD = ".old"
 def write_bytes(path: Path, data: bytes) -> None:
     """Write `data` to `path` atomically, making its parent folders."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=_ASIDE)
-    aside = Path(name)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            stream.write(data)
-            stream.flush()
-            os.fsync(stream.fileno())
-        aside.chmod(0o644)
-        aside.replace(path)
-        sync_folder(path.parent)
-    except BaseException as error:
-        aside.unlink(missing_ok=True)
-        if isinstance(error, OSError) and error.filename is None:  # a full disk's error names no file
-            error.filename = str(path)
-        raise
+    with _named(path):
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=_ASIDE)
+        aside = Path(name)
+        try:
+            with os.fdopen(handle, "wb") as stream:
+                stream.write(data)
+                stream.flush()
+                os.fsync(stream.fileno())
+            aside.chmod(0o644)
+            aside.replace(path)
+            sync_folder(path.parent)
+        except BaseException:
+            aside.unlink(missing_ok=True)
+            raise
 
 
 def write_text(path: Path, text: str) -> None:
@@ -53,7 +52,8 @@ def write_json(path: Path, value: object) -> None:
 def folder_aside(target: Path) -> Iterator[Path]:
     """Yield an empty folder beside `target` that takes its place when the block ends well, and goes when it fails."""
     target.parent.mkdir(parents=True, exist_ok=True)
-    aside = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}.", suffix=_ASIDE))
+    with _named(target):
+        aside = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}.", suffix=_ASIDE))
     try:
         aside.chmod(0o755)
         yield aside
@@ -68,6 +68,16 @@ def folder_aside(target: Path) -> Iterator[Path]:
             sync_folder(target.parent)
     except BaseException:
         shutil.rmtree(aside, ignore_errors=True)
+        raise
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Let what fails name what was to be written: not the one aside, and a full disk names none."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = str(path)
         raise
 
 

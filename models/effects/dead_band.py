@@ -69,7 +69,7 @@ def _told_apart(context: Context, thresholds: Array, site: Site) -> list[Array]:
 
 def _plateaus(path: Array, low: float, high: float) -> list[Array]:
     """List one threshold for each set of commands of (N,) that thresholds from `low` to `high` ignore."""
-    middles = []
+    middles: list[Array] = []
     while low < high and len(middles) < _MOST_PLATEAUS:
         changes = _changes(path, low)
         top = min(float(changes[changes >= low].min(initial=np.inf)), high)

@@ -23,9 +23,5 @@ def targets_command(
     """
     if out.is_dir():
         raise InputError(f"--out: '{out}' is a folder, the name of a PDF is wanted")
-    try:
-        write_targets(out, paper.lower())
-    except OSError as error:
-        error.filename = str(out)  # not that of the file aside, which the user never named
-        raise
+    write_targets(out, paper.lower())
     typer.echo(f"Targets written to {out}: print at 100 %, then check a ruler on it with your own")

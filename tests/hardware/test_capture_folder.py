@@ -205,7 +205,7 @@ def test_what_another_servo_map_captured_is_not_gone_on_with(folder: Path):
     fill(folder, 2)
 
     with pytest.raises(
-        RecordingError, match=r"another servo map \(joints.2.zero_us: 1500.0 there, 1344.0 here\); choose another"
+        RecordingError, match=r"another servo map \(joint.2.zero_us: 1500.0 there, 1344.0 here\); choose another"
     ):
         begin(folder, servos=other_zero())
 
