@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, model_validator
 
 from hardware.messages import MAX_DURATION_S, N_SERVOS
+from models.plan import MAX_STEP_RAD
 from models.validation import Finite, NotNegative, Positive, Strict
 
 # What the firmware allows (`hardware/firmware/armtwin_firmware/servos.h`): pulses that no common servo is harmed by.
@@ -76,7 +77,7 @@ class CameraSettings(Strict):
 class MotionTable(Strict):
     """How the arm is moved."""
 
-    max_step_rad: Positive = 0.5
+    max_step_rad: Positive = MAX_STEP_RAD
     speed_rad_s: Annotated[float, Field(gt=0, le=3.0, allow_inf_nan=False)] = 1.0
     # A fifth of the usual speed: time to reach for the plug if the arm sets out the wrong way.
     start_speed_rad_s: Annotated[float, Field(gt=0, le=1.0, allow_inf_nan=False)] = 0.2

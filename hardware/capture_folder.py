@@ -2,7 +2,7 @@
 
 recording.json     written first, whole
 servos.json        which pulses the commands became: no part of the recording, but it is taken up with the same only
-frames/000007.png  the picture of a pose, flushed to disk
+frames/000007.png  the picture of a pose, flushed to disk; packed when all are there
 samples.csv        its row, appended and flushed after the picture: a row stands for a finished pose
 """
 
@@ -13,15 +13,15 @@ import os
 import shutil
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from hardware.capture_header import first_difference, read_json, servo_table
+from hardware.capture_pictures import bytes_stored, pack, store
 from hardware.capture_rows import Row, cells_of, line_of, read_time_s, whole_rows
 from hardware.servo_map import ServoMap
 from models import atomic
@@ -36,15 +36,6 @@ from models.recording_writer import columns_of, header_of, row_of
 
 Array = NDArray[np.float64]
 
-# The arm waits for the picture to be written. Noise has no repeats to search for: this takes 23 ms of processor time at
-# 720p, level 1 with its search 59 ms for a larger file.
-_PNG = [
-    *(cv2.IMWRITE_PNG_COMPRESSION, 1),
-    *(cv2.IMWRITE_PNG_FILTER, cv2.IMWRITE_PNG_FILTER_SUB),
-    *(cv2.IMWRITE_PNG_STRATEGY, cv2.IMWRITE_PNG_STRATEGY_HUFFMAN_ONLY),
-]
-# A noisy picture hardly compresses; PNG's worst case is its raw size.
-_BYTES_A_PIXEL = 3
 # A folder in which a file or two of the system stand is still empty for a recording.
 _IGNORED = {".DS_Store", "lost+found"}
 
@@ -103,10 +94,7 @@ class CaptureFolder:
         row = self._row(self._done, self._time_offset_s + frame.time_s)
         whole = os.fstat(self._handle).st_size
         try:
-            good, png = cv2.imencode(".png", frame.image, _PNG)
-            if not good:
-                raise JobError(f"{self.folder}: the picture of pose {self._done} cannot be written as PNG")
-            atomic.write_bytes(self.frame_path(self._done), png.tobytes())
+            store(self.frame_path(self._done), frame.image)
             _append(self._handle, row)
         except OSError as error:
             os.ftruncate(self._handle, whole)
@@ -117,11 +105,14 @@ class CaptureFolder:
         self._done += 1
 
     def finish(self, held_out: tuple[str, ...]) -> None:
-        """Note the trajectories to be kept for validation, now that all their rows are there."""
+        """Note the trajectories to be kept for validation, now that all their rows are there, and pack the pictures."""
         path = self.folder / "recording.json"
         header = json.loads(path.read_text("utf-8"))
         if held_out and header.get("held_out") != list(held_out):  # what was measured since stays in the file
             atomic.write_json(path, {**header, "held_out": list(held_out)})
+        with suppress(OSError):  # they are as good unpacked
+            for sample in range(self._done):
+                pack(self.frame_path(sample), self._camera.image_width, self._camera.image_height)
 
     def close(self) -> None:
         """Close the file of rows and let others have the folder. May be called twice."""
@@ -227,7 +218,7 @@ class CaptureFolder:
         if found != wanted:
             raise RecordingError(
                 f"{path}: the poses here were captured with another servo map "
-                f"({first_difference("joint", found, wanted)}); choose another --out, or set the bench file back"
+                f"({first_difference('joint', found, wanted)}); choose another --out, or set the bench file back"
             )
 
     def _refuse_other_bench(self) -> None:
@@ -247,7 +238,7 @@ class CaptureFolder:
     def _refuse_full_disk(self) -> None:
         existing = next(path for path in (self.folder, *self.folder.absolute().parents) if path.exists())
         missing = len(self.plan) - len(list((self.folder / "frames").glob("*.png")))
-        wanted = missing * _BYTES_A_PIXEL * self._camera.image_width * self._camera.image_height
+        wanted = missing * bytes_stored(self._camera.image_width, self._camera.image_height)
         free = shutil.disk_usage(existing).free
         if wanted > free:
             raise InputError(

@@ -19,35 +19,24 @@ from numpy.typing import NDArray
 
 from hardware.bench_file import BenchSetup
 from hardware.frame_quality import fault_of
-from hardware.limits import steps_between
 from hardware.link import BoardResetError, BoardState, Hello, LinkError, RefusedError, ServoLink
 from hardware.posture import FindMarkers, joint_angles, link_vectors_mm
-from hardware.stillness import Grey, NoiseModel, StillnessWatch, to_grey
-from hardware.webcam import CameraLostError, Picture, Webcam
+from hardware.settling import MotionError, Settling
+from hardware.stillness import Grey, to_grey
+from hardware.webcam import Picture, Webcam
 from models.bench import Frame
 from models.errors import InputError, JobError
+from models.plan import steps_between
 
 Array = NDArray[np.float64]
 
-# Pictures of the limp arm that the noise is taken from: half a second of a 25 Hz camera.
-NOISE_PICTURES = 12
-# In a scene that should be still, more than a sensor makes is a hand, flicker or a swinging arm: the largest change of
-# a block in standard deviations, and that deviation as a share of the block's noise (0.05 to 0.2 for a sensor).
-MAX_NOISE_LIMIT = 20.0
-MAX_NOISE_SPREAD = 0.5
 # The arm is built with joint zeros a few degrees off, so that it may stand a little outside its limits.
 _ZERO_TOLERANCE_RAD = math.radians(8.0)
-# A stream that was late before is waited for this many times as long before a move counts as not made.
-_ONSET_MARGIN = 3.0
 # A move shorter than this is less than half a pixel at the tip of the nominal arm: it need not show.
 _VISIBLE_STEP_RAD = 2e-3
 # One of this turns even the shortest link's marker by some pixels. A servo may miss a command; not so many on end.
 _PLAIN_STEP_RAD = 0.05
 _MOST_UNSEEN_MOVES = 3
-
-
-class MotionError(JobError):
-    """The arm did not come to rest."""
 
 
 class DetachedError(JobError):
@@ -69,13 +58,11 @@ class HardwareBench:
         self.webcam = Webcam(
             setup.camera_settings, camera.image_width, camera.image_height, frozen_s=setup.quality.frozen_s
         )
-        self.noise: NoiseModel | None = None
+        self._settling = Settling(self.webcam, setup.settle)
         self.detached = True  # whether the servos are known to be without pulses
         self._find_markers = find_markers
         self._q: Array | None = None
         self._resting: tuple[Picture, Grey] | None = None  # what the last move ended with, until it is captured
-        self._late_s = 0.0  # how far the stream is behind: from the last command until its motion began to show
-        self._worst_late_s = 0.0  # the longest of these so far
         self._unseen_moves = 0  # plain ones on end that the picture did not show
         self._started_s = 0.0
 
@@ -88,7 +75,7 @@ class HardwareBench:
             self.link.connect()
             self.webcam.open()
             self._refuse_bad_picture(to_grey(self.webcam.newest().image))
-            self.noise = self._measure_noise()
+            self._settling.learn_noise()
         except BaseException:
             self.close()
             raise
@@ -136,12 +123,12 @@ class HardwareBench:
         It jumps if it stands elsewhere, which nobody can know, so the time for a motion to show is always waited for.
         """
         self.setup.limits.check_pose(q, "arming")
-        before = to_grey(self.webcam.newest().image)
+        before = self._settling.now()
         sent_s = time.monotonic()
         self.detached = False
         self.link.arm(self.setup.servo_map.pulses_us(q))
         self._q = q
-        self._wait_for_rest(before, sent_s)
+        self._rest(before, sent_s)
 
     def posture(self) -> Array | None:
         """(n,) joint angles, rad, that the newest picture shows, or None when a marker is hidden.
@@ -202,7 +189,7 @@ class HardwareBench:
         """Send one command and wait for the picture to rest."""
         self._resting = None
         # Taken anew for each step: between two poses a mass may have been hung, or a lamp switched on.
-        before = to_grey(self.webcam.newest().image)
+        before = self._settling.now()
         distance = 0.0 if self._q is None else float(np.abs(q - self._q).max())
         sent_s = time.monotonic()
         try:
@@ -212,7 +199,7 @@ class HardwareBench:
             raise
         self._q = q
         self._refuse_limp(self.link.wait())
-        seen = self._wait_for_rest(before if distance >= _VISIBLE_STEP_RAD else None, sent_s)
+        seen = self._rest(before if distance >= _VISIBLE_STEP_RAD else None, sent_s)
         self._refuse_unseen(seen or distance < _PLAIN_STEP_RAD)
 
     def _refuse_unseen(self, seen: bool) -> None:
@@ -223,38 +210,13 @@ class HardwareBench:
                 "the servos' supply on, does the camera look at this arm, is its picture live?"
             )
 
-    def _wait_for_rest(self, reference: Grey | None, sent_s: float) -> bool:
-        """Wait for the picture to rest after a command that was sent at `sent_s` and has been executed.
-
-        Returns whether a motion showed.
-        """
-        settle = self.setup.settle
-        if self.noise is None:
-            raise JobError("the bench is not connected")
-        ended_s = time.monotonic()
-        onset_by_s = ended_s + max(settle.onset_s, _ONSET_MARGIN * self._worst_late_s)
-        # What arrives before the stream can have caught up shows no end of this motion, whatever else changes in it.
-        watch = StillnessWatch(self.noise, settle.still_s, ended_s + self._late_s, reference, onset_by_s)
-        give_up_s = onset_by_s + settle.timeout_s
-        picture = first = self.webcam.newest()
-        while not watch.feed(grey := to_grey(picture.image), picture.arrived_s):
-            if time.monotonic() > give_up_s:
-                raise MotionError(
-                    f"the arm did not come to rest in the picture within {settle.timeout_s:g} s; look for a swinging "
-                    "arm, a humming servo, flickering light or someone in the picture, or raise settle.timeout_s"
-                )
-            picture = self.webcam.after(picture.number)
+    def _rest(self, before: Grey | None, sent_s: float) -> bool:
+        """Wait for rest after a command; returns whether a motion showed."""
+        rest = self._settling.wait(before, sent_s)
         # Asked after the picture was taken: what was armed then was armed all the while.
         self._refuse_limp(self.link.state())
-        if reference is not None and watch.onset_at_s is not None:
-            self._note_lateness(watch.onset_at_s - sent_s, watch.onset_at_s > first.arrived_s)
-        self._resting = picture, grey
-        return watch.onset_at_s is not None
-
-    def _note_lateness(self, late_s: float, was_seen: bool) -> None:
-        """Note how late a motion began to show; where that was missed, the first picture says how late at most."""
-        self._late_s = late_s if was_seen else min(late_s, self._late_s)
-        self._worst_late_s = max(self._worst_late_s, self._late_s)
+        self._resting = rest.picture, rest.grey
+        return rest.moved
 
     def _new_picture(self) -> tuple[Picture, Grey]:
         """Return the next picture of the arm as it stands."""
@@ -270,24 +232,6 @@ class HardwareBench:
                 f"({state.detach_reason.name.lower()}), as it does when it hears nothing for "
                 f"{self.hello.silence_timeout_s:g} s: keep the machine awake and the program running"
             )
-
-    def _measure_noise(self) -> NoiseModel:
-        greys: list[Grey] = []
-        picture = self.webcam.newest()
-        give_up_s = time.monotonic() + self.setup.settle.timeout_s
-        while True:
-            picture = self.webcam.after(picture.number)
-            greys = [*greys, to_grey(picture.image)][-NOISE_PICTURES:]
-            if len(greys) < NOISE_PICTURES:
-                continue
-            noise = NoiseModel.of(greys)
-            if noise.limit <= MAX_NOISE_LIMIT and noise.spread <= MAX_NOISE_SPREAD:
-                return noise
-            if time.monotonic() > give_up_s:
-                raise CameraLostError(
-                    f"camera {self.webcam.source}: the picture is not quiet before the start (parts of it change by "
-                    f"{noise.limit * noise.spread:.0f} times the noise); keep hands out, steady the light"
-                )
 
     def _refuse_bad_picture(self, grey: Grey) -> None:
         fault = fault_of(grey, self.setup.quality)

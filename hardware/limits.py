@@ -53,12 +53,3 @@ class JointLimits:
             self.check_pose(q, where)
             if row:
                 self.check_step(plan.q_cmd[row - 1], q, where)
-
-
-def steps_between(q_from: Array, q_to: Array, max_step_rad: float) -> Array:
-    """(k, n) poses on the straight line from `q_from` to `q_to`, the end included, none further than the step apart."""
-    k = max(1, int(np.ceil(np.abs(q_to - q_from).max() / max_step_rad - _ROUNDING_RAD)))
-    share = np.arange(1, k + 1)[:, None] / k
-    poses: Array = q_from + share * (q_to - q_from)
-    poses[-1] = q_to
-    return poses

@@ -102,6 +102,19 @@ def test_pictures_are_kept_bit_by_bit_under_their_sample(folder: Path):
     np.testing.assert_array_equal(cv2.imread(str(folder / "frames" / "000002.png")), frame(2).image)
 
 
+def test_a_finished_capture_packs_its_pictures_and_keeps_every_bit(folder: Path):
+    smooth = np.broadcast_to(np.arange(1280, dtype=np.uint16) // 6, (720, 1280)).astype(np.uint8)
+    picture = np.stack([smooth, smooth // 2, 255 - smooth], axis=-1)
+    recording = begin(folder)
+    recording.add(Frame(picture, 0.0))
+    stored = recording.frame_path(0).stat().st_size
+    recording.finish(())
+    recording.close()
+
+    assert recording.frame_path(0).stat().st_size < 0.5 * stored
+    np.testing.assert_array_equal(cv2.imread(str(recording.frame_path(0))), picture)
+
+
 def test_each_row_is_in_the_file_before_the_next_is_added(folder: Path):
     recording = begin(folder)
     for seed in range(4):

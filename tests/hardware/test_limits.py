@@ -1,9 +1,7 @@
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from hardware.limits import JointLimits, steps_between
+from hardware.limits import JointLimits
 from models.errors import InputError
 from models.plan import Plan
 
@@ -38,14 +36,3 @@ def test_a_plan_with_too_long_a_step_is_refused():
         InputError, match=r"poses.csv: line 3 .*joint 2 turns 0.4000 rad in one step, 0.3000 is allowed"
     ):
         LIMITS.check_plan(plan_of([[0, 0, 0], [0, 0.4, 0]]), "poses.csv")
-
-
-angles = st.lists(st.floats(-1, 1), min_size=3, max_size=3).map(np.array)
-
-
-@given(angles, angles)
-def test_steps_between_end_at_the_goal_and_none_is_too_long(q_from: np.ndarray, q_to: np.ndarray):
-    poses = np.vstack([q_from, steps_between(q_from, q_to, 0.3)])
-
-    np.testing.assert_array_equal(poses[-1], q_to)
-    assert np.abs(np.diff(poses, axis=0)).max() <= 0.3 + 1e-9
