@@ -7,7 +7,7 @@ from hypothesis.extra.numpy import arrays
 from models.arm import nominal_arm
 from models.errors import InputError
 from models.kinematics import forward
-from models.plan import Plan, paper_plan, plan_of, read_plan, write_plan
+from models.plan import Plan, paper_plan, plan_of, read_plan, steps_between, write_plan
 from models.trajectories import paper_trajectories
 
 GOOD = "trajectory,theta1_cmd_rad,theta2_cmd_rad,payload_kg\nup,0.1,0.2,0.0\nup,0.3,-0.4,0.05\n"
@@ -95,3 +95,14 @@ def test_a_payload_that_no_servo_of_this_size_holds_is_refused(tmp_path, payload
     path.write_text(f"trajectory,theta1_cmd_rad,payload_kg\nt,0.1,0.0\nt,0.1,{payload}\n")
     with pytest.raises(InputError, match=rf"line 3, column 'payload_kg': {payload} found, 0 to 5 is wanted"):
         read_plan(path, 1)
+
+
+angles = st.lists(st.floats(-1, 1), min_size=3, max_size=3).map(np.array)
+
+
+@given(angles, angles)
+def test_steps_between_end_at_the_goal_and_none_is_too_long(q_from: np.ndarray, q_to: np.ndarray):
+    poses = np.vstack([q_from, steps_between(q_from, q_to, 0.3)])
+
+    np.testing.assert_array_equal(poses[-1], q_to)
+    assert np.abs(np.diff(poses, axis=0)).max() <= 0.3 + 1e-9

@@ -208,4 +208,6 @@ def test_lengths_that_no_arm_has_are_refused(tmp_path, recording):
         "f": points[:, 3],
     }
     markers = {name: project(recording.camera, robot_to_board(xy, BASE_MM)) for name, xy in seen.items()}
-    refused(tmp_path, replace(recording, markers_px=markers), r"calibrated arm: link_lengths_mm entry 4: .*found -13\.2")
+    refused(
+        tmp_path, replace(recording, markers_px=markers), r"calibrated arm: link_lengths_mm entry 4: .*found -13\.2"
+    )
