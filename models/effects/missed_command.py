@@ -40,7 +40,8 @@ def find(context: Context, view: View) -> list[tuple[Site, Array]]:
         before = view.misfit(view.observed[row], view.predicted[last])
         # A marker that both poses put in the same place says nothing.
         telling = np.isfinite(own) & (view.misfit(view.predicted[row], view.predicted[last]) > _MISSES)
-        if telling.any() and own[telling].min() > _MISSES and before[telling].max() < _MEETS:
+        # Of those that do tell, one that plainly misses its own pose is enough: the others meet the one before.
+        if telling.any() and own[telling].max() > _MISSES and before[telling].max() < _MEETS:
             rows.append(row)
         else:
             last = row

@@ -55,3 +55,12 @@ def test_the_simulated_bench_is_told_the_samples() -> None:
     physical = effect_named("missed_command").physical
     assert physical is not None
     assert physical(context_of(), np.array([3.0, 9.0])) == {"samples": [3, 9]}
+
+
+def test_a_marker_that_hardly_moves_on_the_way_need_not_miss_its_own_pose_by_as_much_as_the_others() -> None:
+    find = effect_named("missed_command").find
+    assert find is not None
+    predicted = np.array([[[0.0, 0.0], [0.0, 0.0]], [[0.9, 0.0], [15.0, 0.0]], [[0.0, 9.0], [30.0, 9.0]]])
+    observed = predicted[[0, 0, 2]] + np.array([[0.0, 0.0], [0.15, 0.0], [0.0, 0.0]])[:, None]
+    ((_, rows),) = find(context_of(), View(observed, predicted, 0.1))
+    assert rows.tolist() == [1]
