@@ -58,6 +58,8 @@ def propose(diagnosis: Diagnosis) -> Experiment | None:
     Plans stay inside the joint ranges of the recording with a small margin. What the bench can do alone comes first;
     where no such plan separates, the board, a gauge in the arm's plane or another place of the camera is asked for.
     """
+    if diagnosis.only_held_out:  # the poses that tell are there: they have to be fitted, not run
+        return None
     groups = rivals_of(diagnosis)
     if not groups:
         return None

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from calib.diagnosis.diagnosis import diagnose
+from calib.diagnosis.experiment import propose
 from models.camera import project
 from models.camera_files import nominal_camera
 from models.errors import RecordingError
@@ -98,6 +99,7 @@ def test_what_only_held_out_poses_show_is_unknown_and_what_they_would_show_if_fi
     assert [trend.against for trend in diagnosis.trends_after] == ["the poses held out"]
     assert [(c.active.effect.name, c.active.site.joint) for c in diagnosis.suspects] == [("joint_slip", 2)]
     assert diagnosis.explanation.final.effects == ()
+    assert propose(diagnosis) is None
 
 
 def test_measured_angles_alone_can_be_diagnosed() -> None:
