@@ -26,15 +26,20 @@ _MOST_PLATEAUS = 200
 
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
     """Angles of a servo that moves only when the command leaves it by at least `threshold_rad`."""
-    threshold = float(values[0])
     assert site.joint is not None
-    joint = site.joint - 1
     out = q.copy()
-    held = float(q[0, joint])
-    for row, angle in enumerate(q[:, joint].tolist()):
+    out[:, site.joint - 1] = _held(q[:, site.joint - 1], float(values[0]))
+    return out
+
+
+def _held(path: Array, threshold: float) -> Array:
+    """(N,) angles that a servo holds along a path of commands."""
+    out = np.empty_like(path)
+    held = float(path[0])
+    for row, angle in enumerate(path.tolist()):
         if abs(angle - held) >= threshold:
             held = angle
-        out[row, joint] = held
+        out[row] = held
     return out
 
 
@@ -46,24 +51,25 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
     assert site.joint is not None
     if around is not None:
         return _plateaus(context.q_cmd[:, site.joint - 1], float(around[0]) / _RATIO, float(around[0]) * _RATIO)
-    moves = np.abs(np.diff(context.q_cmd[:, site.joint - 1]))
+    path = context.q_cmd[:, site.joint - 1]
+    moves = np.abs(np.diff(path))
     moves = moves[(moves > _LEAST_RAD) & (moves < _WIDEST_RAD)]
     if not len(moves):
         return []
     # Below the smallest move nothing is ignored.
     smallest = float(moves.min())
     count = int(np.ceil(np.log(_WIDEST_RAD / smallest) / np.log(_RATIO))) + 1
-    return _told_apart(context, np.geomspace(smallest, _WIDEST_RAD, count), site)
+    return _told_apart(path, np.geomspace(smallest, _WIDEST_RAD, count))
 
 
-def _told_apart(context: Context, thresholds: Array, site: Site) -> list[Array]:
+def _told_apart(path: Array, thresholds: Array) -> list[Array]:
     """Keep one of neighbouring thresholds that ignore the same commands."""
     kept, last = [], None
     for threshold in thresholds:
-        turned = term(context, context.q_cmd, np.array([threshold]), site)
-        if last is None or not np.array_equal(turned, last):
+        held = _held(path, float(threshold))
+        if last is None or not np.array_equal(held, last):
             kept.append(np.array([threshold]))
-        last = turned
+        last = held
     return kept
 
 
@@ -71,22 +77,11 @@ def _plateaus(path: Array, low: float, high: float) -> list[Array]:
     """List one threshold for each set of commands of (N,) that thresholds from `low` to `high` ignore."""
     middles: list[Array] = []
     while low < high and len(middles) < _MOST_PLATEAUS:
-        changes = _changes(path, low)
+        changes = np.abs(path[1:] - _held(path, low)[:-1])  # of each command from where the servo stands then
         top = min(float(changes[changes >= low].min(initial=np.inf)), high)
         middles.append(np.array([0.5 * (low + top)]))
         low = float(np.nextafter(top, np.inf))
     return middles
-
-
-def _changes(path: Array, threshold: float) -> Array:
-    """(N,) by how much each command of a path differs from where the servo stands then, rad."""
-    out = np.zeros(len(path))
-    held = float(path[0])
-    for row, angle in enumerate(path.tolist()):
-        out[row] = abs(angle - held)
-        if out[row] >= threshold:
-            held = angle
-    return out
 
 
 # --- how the simulated bench makes it ---
