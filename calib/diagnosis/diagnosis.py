@@ -16,7 +16,7 @@ from calib.diagnosis.holdout import HeldOut, every_fourth, held_out_gain, held_o
 from calib.diagnosis.problem import Problem, problem_of
 from calib.diagnosis.repairs import cost_unrepaired
 from calib.diagnosis.search import Cause, Explanation, search
-from calib.diagnosis.structure import Trend, louder_than_noise, trends
+from calib.diagnosis.structure import LOUD, Trend, louder_than_noise, trends, typical_misfit
 from calib.diagnosis.uncertainty import uncertainty
 from models.effects.predict import Active
 from models.errors import RecordingError
@@ -26,8 +26,6 @@ Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]
 Verdict = Literal["none", "named", "ambiguous", "unknown"]
 
-# A remainder this many times the declared noise's variance is no noise, whatever it follows.
-_LOUD = 1.5
 # What hides well below the declared noise may follow anything: the declaration says that it does not matter.
 _HEARD = 0.5
 # No term has exactly the world's form, but a model that leaves more than this share of what there was to explain has
@@ -38,8 +36,6 @@ _FOLLOWING_SHARE = 0.035
 _PLAIN_SHARE = 0.025
 _PLAIN_NOISE = 2.0
 _PLAIN_TREND = 0.3
-# One flipped step of a threshold effect outweighs a hundred poses, so the worst poses do not count in these shares.
-_WORST_POSES = 0.05
 # Values beyond the number of parameters without which nothing can be decided.
 _SPARE_VALUES = 8
 
@@ -159,14 +155,14 @@ def _causes(explanation: Explanation) -> tuple[tuple[NamedCause, ...], Array]:
 def _verdict(explanation: Explanation, after: tuple[Trend, ...], causes: tuple[NamedCause, ...]) -> Verdict:
     reduced = _without_worst(explanation.final.misfit, explanation)
     if not explanation.causes:
-        if reduced > _LOUD or (after and reduced > _HEARD):
+        if reduced > LOUD or (after and reduced > _HEARD):
             return "unknown"
         return "named" if causes else "none"
     before = _without_worst(explanation.geometric.misfit, explanation)
     left = max(reduced - 1.0, 0.0) / max(before - 1.0, 1e-9)
     plain = left > _PLAIN_SHARE and reduced > _PLAIN_NOISE and any(trend.share > _PLAIN_TREND for trend in after)
     following = left > _FOLLOWING_SHARE and bool(after)
-    if plain or following or (left > _LEFT_SHARE and reduced > _LOUD):
+    if plain or following or (left > _LEFT_SHARE and reduced > LOUD):
         return "unknown"
     return "ambiguous" if any(cause.equivalents for cause in causes) else "named"
 
@@ -174,11 +170,8 @@ def _verdict(explanation: Explanation, after: tuple[Trend, ...], causes: tuple[N
 def _without_worst(misfit: Array, explanation: Explanation) -> float:
     """Misfit to a value, of all poses but the worst, over what noise alone would leave of as many."""
     data = explanation.data
-    counted = data.counts.any(axis=1)
-    poses = np.sort(misfit.sum(axis=1)[counted] / data.counts.sum(axis=1)[counted] / data.problem.observed.shape[-1])
-    kept = poses[: max(1, int(np.ceil(len(poses) * (1.0 - _WORST_POSES))))]
     scale = degrees_of_freedom(data, explanation.final) / data.n_values
-    return float(kept.mean()) / scale
+    return typical_misfit(misfit, data.counts, data.problem.observed.shape[-1]) / scale
 
 
 def _named(explanation: Explanation, cause: Cause, stds: tuple[Array, ...]) -> NamedCause:

@@ -12,7 +12,7 @@ from calib.diagnosis.fit import Data, Fit, degrees_of_freedom, fit
 from calib.diagnosis.problem import Problem
 from calib.diagnosis.repairs import find_missed, repair
 from calib.diagnosis.search import Explanation
-from calib.diagnosis.structure import Trend
+from calib.diagnosis.structure import LOUD, Trend, typical_misfit
 from models.effects.predict import Active
 from models.errors import RecordingError
 from models.recording import Recording
@@ -25,12 +25,8 @@ _BOOTSTRAPS = 2000
 _BLOCK = 5
 # Every n-th pose is kept back where there are too few trajectories to keep a whole one.
 _EVERY = 4
-# Held-out poses whose variance is this many times that of the others are missed by more than geometry or noise; few of
-# them may be louder by chance, so that this many standard deviations of a mean of squares are allowed beside.
-_LOUDER = 1.5
+# Few held-out poses may be loud by chance: this many standard deviations of a mean of squares are allowed beside.
 _CHANCE = 4.0
-# The worst poses do not count: a flipped step, a gross error.
-_WORST_POSES = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,12 +84,10 @@ def held_out_trend(problem: Problem, explanation: Explanation, rows: Bool) -> Tr
     whole = replace(data, problem=replace(data.problem, observed=observed), counts=data.counts | held)
     refitted = fit(whole, final.g, final.effects)
     d = observed.shape[-1]
-    poses = held.any(axis=1)
-    by_value = np.sort(refitted.misfit[poses].sum(axis=1) / (d * held[poses].sum(axis=1)))
-    most = float(by_value[: max(1, int(np.ceil(len(by_value) * (1.0 - _WORST_POSES))))].mean())
+    most = typical_misfit(refitted.misfit, held, d)
     others = max(1.0, float(final.misfit.sum()) / degrees_of_freedom(data, final))
     values = d * int(held.sum())
-    if most / others < _LOUDER + _CHANCE * np.sqrt(2.0 / values):
+    if most / others < LOUD + _CHANCE * np.sqrt(2.0 / values):
         return None
     return Trend("the poses held out", 1.0 - others / most, float(stats.chi2.sf(values * most / others, values)))
 

@@ -17,6 +17,10 @@ Array = NDArray[np.float64]
 _LEVEL = 1e-3
 # A trend that carries less than this share of the remainder's variance is no structure worth naming.
 _LEAST_SHARE = 0.02
+# A remainder this many times the noise's variance is no noise, whatever it follows.
+LOUD = 1.5
+# One flipped step of a threshold effect outweighs a hundred poses, so the worst poses do not count in what is typical.
+_WORST_POSES = 0.05
 
 
 @dataclass(frozen=True)
@@ -49,6 +53,13 @@ def louder_than_noise(data: Data, model: Fit) -> Trend:
     free = degrees_of_freedom(data, model)
     misfit = float(model.misfit.sum())
     return Trend("the noise", max(0.0, 1.0 - free / misfit), float(stats.chi2.sf(misfit, free)))
+
+
+def typical_misfit(misfit: Array, counts: NDArray[np.bool_], d: int) -> float:
+    """Misfit to a value of (N, M) points of d values each, over all poses that count but the worst."""
+    counted = counts.any(axis=1)
+    poses = np.sort(misfit.sum(axis=1)[counted] / (d * counts.sum(axis=1)[counted]))
+    return float(poses[: max(1, int(np.ceil(len(poses) * (1.0 - _WORST_POSES))))].mean())
 
 
 def _regressors(context: Context, data: Data, model: Fit) -> dict[str, Array]:
