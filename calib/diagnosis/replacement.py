@@ -44,10 +44,9 @@ def rescanned(data: Data, base: Fit) -> Fit:
     """Return the model with the scanned parameters of all but its last effect looked for anew, now that it is there."""
     for active in base.effects[:-1]:
         parameters = active.effect.parameters(data.problem.context, active.site)
-        if not any(parameter.scanned for parameter in parameters) or active.effect.find is not None:
+        if not any(parameter.scanned for parameter in parameters):
             continue
-        rest = tuple(other for other in base.effects if other.key != active.key)
-        for candidate in fit_candidates(data, fit(data, base.g, rest), [(active.effect, active.site)]):
+        for candidate in fit_candidates(data, _without(data, base, active), [(active.effect, active.site)]):
             if candidate.fit.deviance < base.deviance:
                 base = candidate.fit
     return base
@@ -55,8 +54,7 @@ def rescanned(data: Data, base: Fit) -> Fit:
 
 def _ties(data: Data, base: Fit, active: Active) -> list[Candidate]:
     """List the best candidate in the place of `active` and those that the data cannot tell from it, best first."""
-    rest = tuple(other for other in base.effects if other.key != active.key)
-    without = fit(data, base.g, rest)
+    without = _without(data, base, active)
     pairs = candidate_sites(data, base.effects)
     if active.effect.find is None:
         pairs = [*pairs, (active.effect, active.site)]
@@ -66,6 +64,11 @@ def _ties(data: Data, base: Fit, active: Active) -> list[Candidate]:
     best = ranked[0]
     excess, remaining = excess_of(data, without), excess_of(data, best.fit)
     return [best, *(other for other in ranked[1:] if tied(data, best, other, excess, remaining))]
+
+
+def _without(data: Data, base: Fit, active: Active) -> Fit:
+    """Return the model refitted without one of its effects."""
+    return fit(data, base.g, tuple(other for other in base.effects if other.key != active.key))
 
 
 def _own(ranked: list[Candidate], active: Active, base: Fit) -> Candidate:
