@@ -8,12 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from models.errors import InputError
-from models.plan import Plan
+from models.plan import ROUNDING_RAD, Plan
 
 Array = NDArray[np.float64]
-
-# Commands are written with 17 digits; this forgives the last of them.
-_ROUNDING_RAD = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +25,7 @@ class JointLimits:
         """Raise `InputError`, naming `where` and the joint, if (n,) angles lie outside the limits or are no numbers."""
         if np.shape(q) != np.shape(self.min_rad):
             raise InputError(f"{where}: {len(self.min_rad)} joint angles wanted, found shape {np.shape(q)}")
-        inside = (q >= self.min_rad - _ROUNDING_RAD) & (q <= self.max_rad + _ROUNDING_RAD)
+        inside = (q >= self.min_rad - ROUNDING_RAD) & (q <= self.max_rad + ROUNDING_RAD)
         if not inside.all():  # NaN is not inside
             j = int(np.argmin(inside))
             raise InputError(
@@ -40,7 +37,7 @@ class JointLimits:
         """Raise `InputError` if a joint would turn further than the largest step."""
         step = np.abs(q_to - q_from)
         j = int(np.argmax(step))
-        if step[j] > self.max_step_rad + _ROUNDING_RAD:
+        if step[j] > self.max_step_rad + ROUNDING_RAD:
             raise InputError(
                 f"{where}: joint {j + 1} turns {step[j]:.4f} rad in one step, {self.max_step_rad:.4f} is allowed; "
                 "put poses between, or raise motion.max_step_rad"

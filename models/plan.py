@@ -25,7 +25,7 @@ MAX_STEP_RAD = 0.5
 # More than a hobby servo of 1 N m holds on the shortest lever; a larger figure is in grams.
 _MOST_PAYLOAD_KG = 5.0
 # Commands are written with 17 digits; this forgives the last of them.
-_ROUNDING_RAD = 1e-9
+ROUNDING_RAD = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +54,7 @@ def plan_of(commands: dict[str, Array]) -> Plan:
 
 def steps_between(q_from: Array, q_to: Array, max_step_rad: float) -> Array:
     """(k, n) poses on the straight line from `q_from` to `q_to`, the end included, none further than the step apart."""
-    k = max(1, int(np.ceil(np.abs(q_to - q_from).max() / max_step_rad - _ROUNDING_RAD)))
+    k = max(1, int(np.ceil(np.abs(q_to - q_from).max() / max_step_rad - ROUNDING_RAD)))
     share = np.arange(1, k + 1)[:, None] / k
     poses: Array = q_from + share * (q_to - q_from)
     poses[-1] = q_to

@@ -18,7 +18,7 @@ from models.errors import InputError, JobError
 from models.plan import Plan
 from scenarios.commands.interrupts import ended_as_by_ctrl_c
 from scenarios.commands.outputs import check_out_folder
-from scenarios.emulated_bench import EmulatedBench
+from scenarios.emulated_bench import MAX_SPEED, MIN_SPEED, EmulatedBench
 from scenarios.marker_finder import marker_finder
 from scenarios.plans import load_plan
 
@@ -36,7 +36,7 @@ def capture_command(
         list[str] | None, typer.Option("--hold-out", help="Trajectory to keep for validation; may be given again.")
     ] = None,
     speed: Annotated[
-        float, typer.Option("--speed", min=0.1, max=4.0, help="Of the emulated bench, times real time.")
+        float, typer.Option("--speed", min=MIN_SPEED, max=MAX_SPEED, help="Of the emulated bench, times real time.")
     ] = 1.0,
 ) -> None:
     """Move the arm through a plan and take a picture of every pose.
