@@ -27,7 +27,10 @@ def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
     if diagnosis.verdict == "none":
         return "nothing", "is wrong beyond the noise"
     if diagnosis.verdict == "unknown":
-        return "unknown", "no known effect explains it"
+        return (
+            "unknown",
+            "seen on the held-out poses alone" if diagnosis.only_held_out else "no known effect explains it",
+        )
     names = [f"{cause.active.effect.name}, {site_words(cause)}" for cause in diagnosis.causes]
     return " and ".join(names), "the cause" if diagnosis.verdict == "named" else "or another: ambiguous"
 
