@@ -62,7 +62,7 @@ seal-score: setup
 	$(BIN)/armtwin score out/sealed-$(SEED)
 
 fuzz: setup $(AVR)
-	$(BIN)/python -m hardware.emulator.fuzz --frames 10000
+	$(BIN)/python -m armtwin.hardware.emulator.fuzz --frames 10000
 
 bench: setup $(AVR)
 	for bench in tests/benchmarks/bench_*.py; do echo "== $$bench"; PYTHONPATH=. $(BIN)/python $$bench || exit; done

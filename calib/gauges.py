@@ -15,9 +15,9 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.markers import DetectorConfig, Disc, Method, detect
-from models.camera import Camera, back_project, project_jacobian
-from models.errors import InputError
+from armtwin.calib.markers import DetectorConfig, Disc, Method, detect
+from armtwin.models.camera import Camera, back_project, project_jacobian
+from armtwin.models.errors import InputError
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.bench_file import BenchSetup
-from hardware.hardware_bench import HardwareBench
-from models.errors import JobError
+from armtwin.hardware.bench_file import BenchSetup
+from armtwin.hardware.hardware_bench import HardwareBench
+from armtwin.models.errors import JobError
 
 Array = NDArray[np.float64]
 

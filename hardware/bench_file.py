@@ -8,15 +8,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.bench_tables import BenchTable, CameraSettings, MotionTable, QualityTable, SettleTable
-from hardware.limits import JointLimits
-from hardware.servo_map import ServoMap
-from models.arm import Arm, nominal_arm, read_arm
-from models.camera import Camera, check_plane
-from models.camera_files import read_camera
-from models.errors import InputError
-from models.toml_reader import read_toml
-from models.validation import check, short
+from armtwin.hardware.bench_tables import BenchTable, CameraSettings, MotionTable, QualityTable, SettleTable
+from armtwin.hardware.limits import JointLimits
+from armtwin.hardware.servo_map import ServoMap
+from armtwin.models.arm import Arm, nominal_arm, read_arm
+from armtwin.models.camera import Camera, check_plane
+from armtwin.models.camera_files import read_camera
+from armtwin.models.errors import InputError
+from armtwin.models.toml_reader import read_toml
+from armtwin.models.validation import check, short
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from hardware.messages import MAX_DURATION_S, N_SERVOS
-from models.plan import MAX_STEP_RAD
-from models.validation import Finite, NotNegative, Positive, Strict
+from armtwin.hardware.messages import MAX_DURATION_S, N_SERVOS
+from armtwin.models.plan import MAX_STEP_RAD
+from armtwin.models.validation import Finite, NotNegative, Positive, Strict
 
 # What the firmware allows (`hardware/firmware/armtwin_firmware/servos.h`): pulses that no common servo is harmed by.
 FIRMWARE_MIN_US = 500.0

@@ -12,8 +12,8 @@ from typing import Protocol
 
 import cv2
 
-from hardware.bench_tables import CameraSettings
-from models.errors import InputError
+from armtwin.hardware.bench_tables import CameraSettings
+from armtwin.models.errors import InputError
 
 # V4L2's menu values of exposure_auto, which OpenCV passes through: 1 manual, 3 aperture priority.
 _EXPOSURE_MANUAL = 1.0

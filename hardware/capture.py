@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from hardware.capture_folder import CaptureFolder
-from models.bench import Bench
+from armtwin.hardware.capture_folder import CaptureFolder
+from armtwin.models.bench import Bench
 
 Report = Callable[[int, int], None]
 ChangePayload = Callable[[float], None]

@@ -20,19 +20,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.capture_header import first_difference, read_json, servo_table
-from hardware.capture_pictures import bytes_stored, pack, store
-from hardware.capture_rows import Row, cells_of, line_of, read_time_s, whole_rows
-from hardware.servo_map import ServoMap
-from models import atomic
-from models.arm import Arm
-from models.bench import Frame
-from models.camera import Camera
-from models.errors import InputError, JobError, RecordingError
-from models.folder_lock import hold_folder, only_writer
-from models.plan import Plan
-from models.recording import Recording
-from models.recording_writer import columns_of, header_of, row_of
+from armtwin.hardware.capture_header import first_difference, read_json, servo_table
+from armtwin.hardware.capture_pictures import bytes_stored, pack, store
+from armtwin.hardware.capture_rows import Row, cells_of, line_of, read_time_s, whole_rows
+from armtwin.hardware.servo_map import ServoMap
+from armtwin.models import atomic
+from armtwin.models.arm import Arm
+from armtwin.models.bench import Frame
+from armtwin.models.camera import Camera
+from armtwin.models.errors import InputError, JobError, RecordingError
+from armtwin.models.folder_lock import hold_folder, only_writer
+from armtwin.models.plan import Plan
+from armtwin.models.recording import Recording
+from armtwin.models.recording_writer import columns_of, header_of, row_of
 
 Array = NDArray[np.float64]
 

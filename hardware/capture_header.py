@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 from typing import Any
 
-from hardware.servo_map import ServoMap
-from models.errors import RecordingError
+from armtwin.hardware.servo_map import ServoMap
+from armtwin.models.errors import RecordingError
 
 
 def servo_table(servo_map: ServoMap) -> dict[str, Any]:

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from models import atomic
-from models.errors import JobError
+from armtwin.models import atomic
+from armtwin.models.errors import JobError
 
 Image = NDArray[np.uint8]
 

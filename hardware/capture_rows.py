@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-from models.errors import RecordingError
+from armtwin.models.errors import RecordingError
 
 _MAX_BYTES = 1 << 28
 

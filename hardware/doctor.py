@@ -9,14 +9,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from hardware.bench_file import BenchSetup
-from hardware.frame_quality import fault_of
-from hardware.link import ServoLink, WrongFirmwareError
-from hardware.ports import candidates
-from hardware.stillness import to_grey
-from hardware.webcam import Webcam
-from models.camera import Camera
-from models.errors import ArmtwinError
+from armtwin.hardware.bench_file import BenchSetup
+from armtwin.hardware.frame_quality import fault_of
+from armtwin.hardware.link import ServoLink, WrongFirmwareError
+from armtwin.hardware.ports import candidates
+from armtwin.hardware.stillness import to_grey
+from armtwin.hardware.webcam import Webcam
+from armtwin.models.camera import Camera
+from armtwin.models.errors import ArmtwinError
 
 # A recording of the paper's plan: 150 pictures of 1.3 MB, and as much again to spare.
 _WANTED_BYTES = 400e6

@@ -6,10 +6,10 @@ import time
 
 import serial
 
-from hardware import frames, messages
-from hardware.messages import Request, Status
-from hardware.ports import open_port
-from models.errors import JobError
+from armtwin.hardware import frames, messages
+from armtwin.hardware.messages import Request, Status
+from armtwin.hardware.ports import open_port
+from armtwin.models.errors import JobError
 
 POLL_S = 0.02  # a read returns at the latest after this; an answer wakes it earlier
 ANSWER_TIMEOUT_S = 0.1  # wait before a request is sent again; an answer takes about 3 ms at 115200 baud

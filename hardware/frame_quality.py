@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from hardware.bench_tables import QualityTable
-from hardware.stillness import Grey
+from armtwin.hardware.bench_tables import QualityTable
+from armtwin.hardware.stillness import Grey
 
 # A channel at 250 of 255 is as good as clipped behind a JPEG's rounding.
 _SATURATED_LEVEL = 250

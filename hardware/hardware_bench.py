@@ -17,16 +17,16 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.bench_file import BenchSetup
-from hardware.frame_quality import fault_of
-from hardware.link import BoardResetError, BoardState, Hello, LinkError, RefusedError, ServoLink
-from hardware.posture import FindMarkers, joint_angles, link_vectors_mm
-from hardware.settling import MotionError, Settling
-from hardware.stillness import Grey, to_grey
-from hardware.webcam import Picture, Webcam
-from models.bench import Frame
-from models.errors import InputError, JobError
-from models.plan import steps_between
+from armtwin.hardware.bench_file import BenchSetup
+from armtwin.hardware.frame_quality import fault_of
+from armtwin.hardware.link import BoardResetError, BoardState, Hello, LinkError, RefusedError, ServoLink
+from armtwin.hardware.posture import FindMarkers, joint_angles, link_vectors_mm
+from armtwin.hardware.settling import MotionError, Settling
+from armtwin.hardware.stillness import Grey, to_grey
+from armtwin.hardware.webcam import Picture, Webcam
+from armtwin.models.bench import Frame
+from armtwin.models.errors import InputError, JobError
+from armtwin.models.plan import steps_between
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ class DetachedError(JobError):
 
 
 class HardwareBench:
-    """Satisfies `models.bench.Bench` with an Arduino and a webcam."""
+    """Satisfies `armtwin.models.bench.Bench` with an Arduino and a webcam."""
 
     def __init__(self, setup: BenchSetup, find_markers: FindMarkers | None = None) -> None:
         """Note the setup; nothing is opened before `connect`.

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from models.errors import InputError
-from models.plan import ROUNDING_RAD, Plan
+from armtwin.models.errors import InputError
+from armtwin.models.plan import ROUNDING_RAD, Plan
 
 Array = NDArray[np.float64]
 

@@ -29,10 +29,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hardware import messages
-from hardware.exchange import BoardResetError, Exchange, LinkError, LinkLostError, RefusedError
-from hardware.messages import MAX_DURATION_S, BoardState, Hello, Request
-from models.errors import InputError
+from armtwin.hardware import messages
+from armtwin.hardware.exchange import BoardResetError, Exchange, LinkError, LinkLostError, RefusedError
+from armtwin.hardware.messages import MAX_DURATION_S, BoardState, Hello, Request
+from armtwin.models.errors import InputError
 
 __all__ = [
     "BoardResetError",

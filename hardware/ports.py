@@ -12,7 +12,7 @@ from pathlib import Path
 import serial
 from serial.tools import list_ports
 
-from models.errors import InputError
+from armtwin.models.errors import InputError
 
 BAUD = 115200  # bit/s: the fastest rate that an Uno's 16 MHz clock meets within 2.1 %
 DEFAULT_GROUP = "dialout"  # owns serial ports on Debian and Ubuntu

@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arm import Arm
-from models.camera import Camera, back_project
-from models.frames import board_to_robot
-from models.kinematics import complex_links, wrap
+from armtwin.models.arm import Arm
+from armtwin.models.camera import Camera, back_project
+from armtwin.models.frames import board_to_robot
+from armtwin.models.kinematics import complex_links, wrap
 
 Array = NDArray[np.float64]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 
-from hardware.bench_tables import SettleTable
-from hardware.stillness import Grey, NoiseModel, StillnessWatch, to_grey
-from hardware.webcam import CameraLostError, Picture, Webcam
-from models.errors import JobError
+from armtwin.hardware.bench_tables import SettleTable
+from armtwin.hardware.stillness import Grey, NoiseModel, StillnessWatch, to_grey
+from armtwin.hardware.webcam import CameraLostError, Picture, Webcam
+from armtwin.models.errors import JobError
 
 # Pictures of the limp arm that the noise is taken from: half a second of a 25 Hz camera.
 NOISE_PICTURES = 12

@@ -13,8 +13,8 @@ from reportlab.lib.colors import Color, black, white
 from reportlab.lib.pagesizes import A4, LETTER, landscape
 from reportlab.pdfgen.canvas import Canvas
 
-from models import atomic
-from models.errors import InputError, nearest, shown
+from armtwin.models import atomic
+from armtwin.models.errors import InputError, nearest, shown
 
 POINTS_PER_MM = 72.0 / 25.4
 PAPERS: dict[str, tuple[float, float]] = {"a4": landscape(A4), "letter": landscape(LETTER)}

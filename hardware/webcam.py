@@ -21,9 +21,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.bench_tables import CameraSettings
-from hardware.camera_settings import apply_settings, read_back, refuse_mismatch
-from models.errors import InputError, JobError
+from armtwin.hardware.bench_tables import CameraSettings
+from armtwin.hardware.camera_settings import apply_settings, read_back, refuse_mismatch
+from armtwin.models.errors import InputError, JobError
 
 OPEN_TIMEOUT_S = 5.0
 # FFmpeg gives up on a silent stream after this; the frozen stream is noticed earlier, by its own bound.

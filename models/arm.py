@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from models.toml_reader import read_toml
-from models.validation import ArmFile, ArmTable, check
+from armtwin.models.toml_reader import read_toml
+from armtwin.models.validation import ArmFile, ArmTable, check
 
 Array = NDArray[np.float64]
 

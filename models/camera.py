@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from models.errors import InputError
+from armtwin.models.errors import InputError
 
 Array = NDArray[np.float64]
 

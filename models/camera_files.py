@@ -15,10 +15,10 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from models.atomic import write_text
-from models.camera import Camera
-from models.errors import InputError
-from models.yaml_loader import CameraLoader
+from armtwin.models.atomic import write_text
+from armtwin.models.camera import Camera
+from armtwin.models.errors import InputError
+from armtwin.models.yaml_loader import CameraLoader
 
 Array = NDArray[np.float64]
 

@@ -17,8 +17,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arm import Arm
-from models.errors import InputError, UnreachablePoseError
+from armtwin.models.arm import Arm
+from armtwin.models.errors import InputError, UnreachablePoseError
 
 Array = NDArray[np.float64]
 Elbow = Literal["paper", "other"]

@@ -21,11 +21,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arm import Arm
-from models.effects.context import TYPICAL_LINK_MASS_KG, TYPICAL_TIP_MASS_KG
-from models.kinematics import Deviation, complex_links
-from models.servo import Servo
-from models.units import M_PER_MM
+from armtwin.models.arm import Arm
+from armtwin.models.effects.context import TYPICAL_LINK_MASS_KG, TYPICAL_TIP_MASS_KG
+from armtwin.models.kinematics import Deviation, complex_links
+from armtwin.models.servo import Servo
+from armtwin.models.units import M_PER_MM
 
 Array = NDArray[np.float64]
 

@@ -11,11 +11,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from models import atomic
-from models.arm import Arm
-from models.errors import InputError, nearest, shown
-from models.kinematics import inverse
-from models.trajectories import paper_trajectories
+from armtwin.models import atomic
+from armtwin.models.arm import Arm
+from armtwin.models.errors import InputError, nearest, shown
+from armtwin.models.kinematics import inverse
+from armtwin.models.trajectories import paper_trajectories
 
 Array = NDArray[np.float64]
 

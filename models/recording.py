@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arm import Arm
-from models.camera import Camera
+from armtwin.models.arm import Arm
+from armtwin.models.camera import Camera
 
 Array = NDArray[np.float64]
 

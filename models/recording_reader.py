@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from models.arm import Arm, arm_from_table
-from models.camera import Camera, check_plane
-from models.errors import InputError, RecordingError, nearest, shown
-from models.recording import OPTIONAL_COLUMNS, Recording
-from models.recording_table import Table
-from models.validation import FROM_LIST, HEAVIEST_KG, ArmTable, CameraTable, Finite, Strict, check
+from armtwin.models.arm import Arm, arm_from_table
+from armtwin.models.camera import Camera, check_plane
+from armtwin.models.errors import InputError, RecordingError, nearest, shown
+from armtwin.models.recording import OPTIONAL_COLUMNS, Recording
+from armtwin.models.recording_table import Table
+from armtwin.models.validation import FROM_LIST, HEAVIEST_KG, ArmTable, CameraTable, Finite, Strict, check
 
 Array = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arm import Arm
-from models.errors import RecordingError
-from models.validation import CameraTable, short
+from armtwin.models.arm import Arm
+from armtwin.models.errors import RecordingError
+from armtwin.models.validation import CameraTable, short
 
 Array = NDArray[np.float64]
 

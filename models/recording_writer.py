@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from models import atomic
-from models.arm import Arm
-from models.camera import Camera
-from models.recording import OPTIONAL_COLUMNS, SCHEMA, Recording
+from armtwin.models import atomic
+from armtwin.models.arm import Arm
+from armtwin.models.camera import Camera
+from armtwin.models.recording import OPTIONAL_COLUMNS, SCHEMA, Recording
 
 
 def write_recording(folder: Path, recording: Recording) -> None:

@@ -8,8 +8,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from models.toml_reader import read_toml
-from models.validation import FROM_LIST, NotNegative, Positive, Strict, check
+from armtwin.models.toml_reader import read_toml
+from armtwin.models.validation import FROM_LIST, NotNegative, Positive, Strict, check
 
 # A nominal servo's loop answers in ten of these steps.
 TIMESTEP_S = 0.002

@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from models.errors import InputError
+from armtwin.models.errors import InputError
 
 # Arm, servo and scenario files are a few kilobytes.
 _MAX_BYTES = 1 << 20

@@ -28,19 +28,19 @@ import tomli_w
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from models import atomic
-from models.arm import Arm, arm_from_table
-from models.camera import Camera
-from models.camera_files import nominal_camera
-from models.effects.injection import Stated
-from models.effects.registry import effect_named
-from models.errors import InputError
-from models.kinematics import Deviation
-from models.recording_reader import camera_from_table
-from models.recording_writer import arm_table, camera_table
-from models.toml_reader import read_toml
-from models.validation import FROM_LIST, ArmTable, CameraTable, Finite, Strict, check, row
-from models.world import World, ideal_world
+from armtwin.models import atomic
+from armtwin.models.arm import Arm, arm_from_table
+from armtwin.models.camera import Camera
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.effects.injection import Stated
+from armtwin.models.effects.registry import effect_named
+from armtwin.models.errors import InputError
+from armtwin.models.kinematics import Deviation
+from armtwin.models.recording_reader import camera_from_table
+from armtwin.models.recording_writer import arm_table, camera_table
+from armtwin.models.toml_reader import read_toml
+from armtwin.models.validation import FROM_LIST, ArmTable, CameraTable, Finite, Strict, check, row
+from armtwin.models.world import World, ideal_world
 
 Array = NDArray[np.float64]
 

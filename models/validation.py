@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
 
-from models.errors import InputError, nearest, shown
+from armtwin.models.errors import InputError, nearest, shown
 
 Model = TypeVar("Model", bound=BaseModel)
 # No measure of an arm on a table comes near it in any unit; beyond about 1e150 the square of a number overflows.

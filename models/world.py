@@ -19,12 +19,12 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from models.arm import Arm
-from models.camera import Camera
-from models.errors import InputError
-from models.kinematics import Deviation
-from models.mjcf import build_arm
-from models.servo import Servo, nominal_servo
+from armtwin.models.arm import Arm
+from armtwin.models.camera import Camera
+from armtwin.models.errors import InputError
+from armtwin.models.kinematics import Deviation
+from armtwin.models.mjcf import build_arm
+from armtwin.models.servo import Servo, nominal_servo
 
 Array = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ import traceback
 import typer
 from rich.console import Console
 
-from models.errors import ArmtwinError, InputError
-from scenarios.commands.interrupts import held_back
+from armtwin.models.errors import ArmtwinError, InputError
+from armtwin.scenarios.commands.interrupts import held_back
 
 # Command -> module and function under scenarios/commands.
 COMMANDS = {
@@ -43,7 +43,7 @@ def build_app(wanted: str | None = None) -> typer.Typer:
     app.callback(help="A simulation-first digital twin of a planar servo arm watched by one webcam.")(_nothing)
     for name in [wanted] if wanted in COMMANDS else list(COMMANDS):
         module, function = COMMANDS[name].split(":")
-        command = getattr(importlib.import_module(f"scenarios.commands.{module}"), function)
+        command = getattr(importlib.import_module(f"armtwin.scenarios.commands.{module}"), function)
         app.command(name, no_args_is_help=False)(command)
     return app
 

@@ -8,18 +8,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.random import Generator
 
-from calib.diagnosis.diagnosis import Diagnosis, diagnose
-from calib.diagnosis.experiment import Experiment, propose
-from calib.diagnosis.holdout import held_out_rows
-from models.errors import InputError
-from models.kinematics import inverse
-from models.plan import Plan, plan_of
-from models.recording import Recording, make_samples
-from models.world import World
-from scenarios.runner.world import build_world, declared_arm
-from scenarios.scenario import ScenarioFile, read_scenario
-from sim.observe import default_clock, make_recording, pixels_of
-from sim.physics.simulation import simulate
+from armtwin.calib.diagnosis.diagnosis import Diagnosis, diagnose
+from armtwin.calib.diagnosis.experiment import Experiment, propose
+from armtwin.calib.diagnosis.holdout import held_out_rows
+from armtwin.models.errors import InputError
+from armtwin.models.kinematics import inverse
+from armtwin.models.plan import Plan, plan_of
+from armtwin.models.recording import Recording, make_samples
+from armtwin.models.world import World
+from armtwin.scenarios.runner.world import build_world, declared_arm
+from armtwin.scenarios.scenario import ScenarioFile, read_scenario
+from armtwin.sim.observe import default_clock, make_recording, pixels_of
+from armtwin.sim.physics.simulation import simulate
 
 # What the sub-pixel detector leaves of a good picture, px: the noise where a recording states none.
 _NOISE_PX = 0.06

@@ -18,14 +18,14 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from hardware.bench_file import read_bench
-from models.arm import nominal_arm
-from models.camera_files import nominal_camera, write_camera
-from models.errors import InputError, JobError
-from models.kinematics import Deviation
-from models.world import World, ideal_world
-from scenarios.emulated_film import film
-from sim.sensor import Sensor
+from armtwin.hardware.bench_file import read_bench
+from armtwin.models.arm import nominal_arm
+from armtwin.models.camera_files import nominal_camera, write_camera
+from armtwin.models.errors import InputError, JobError
+from armtwin.models.kinematics import Deviation
+from armtwin.models.world import World, ideal_world
+from armtwin.scenarios.emulated_film import film
+from armtwin.sim.sensor import Sensor
 
 Array = NDArray[np.float64]
 

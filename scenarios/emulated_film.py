@@ -20,17 +20,17 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.emulator import FirmwareEmulator, Pulse
-from hardware.emulator.mjpeg import MjpegServer, to_jpeg
-from hardware.servo_map import ServoMap
-from models.camera import project
-from models.errors import ArmtwinError
-from models.frames import robot_to_board
-from models.units import MM_PER_M
-from models.world import World
-from sim.physics.simulation import ArmSimulation
-from sim.render import LensRenderer, arm_parts, clutter_parts, panel_parts, robot_bodies_on_board
-from sim.sensor import Sensor, expose
+from armtwin.hardware.emulator import FirmwareEmulator, Pulse
+from armtwin.hardware.emulator.mjpeg import MjpegServer, to_jpeg
+from armtwin.hardware.servo_map import ServoMap
+from armtwin.models.camera import project
+from armtwin.models.errors import ArmtwinError
+from armtwin.models.frames import robot_to_board
+from armtwin.models.units import MM_PER_M
+from armtwin.models.world import World
+from armtwin.sim.physics.simulation import ArmSimulation
+from armtwin.sim.render import LensRenderer, arm_parts, clutter_parts, panel_parts, robot_bodies_on_board
+from armtwin.sim.sensor import Sensor, expose
 
 Array = NDArray[np.float64]
 Linear = NDArray[np.float32]

@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.markers.detect import detect
-from calib.markers.identify import identify
-from hardware.posture import FindMarkers
-from models.arm import Arm
-from models.camera import Camera
+from armtwin.calib.markers.detect import detect
+from armtwin.calib.markers.identify import identify
+from armtwin.hardware.posture import FindMarkers
+from armtwin.models.arm import Arm
+from armtwin.models.camera import Camera
 
 Array = NDArray[np.float64]
 
 
 def marker_finder(arm: Arm, camera: Camera, plane_z_mm: float) -> FindMarkers:
-    """Return what finds the markers of `arm` in a picture, see `hardware.posture.FindMarkers`."""
+    """Return what finds the markers of `arm` in a picture, see `armtwin.hardware.posture.FindMarkers`."""
 
     def find(image: NDArray[np.uint8], q: Array) -> dict[str, Array]:
         discs = detect(image, camera=camera, plane_z_mm=plane_z_mm)

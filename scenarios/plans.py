@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arm import Arm
-from models.errors import InputError, UnreachablePoseError
-from models.kinematics import inverse
-from models.plan import Plan, paper_plan, read_plan
+from armtwin.models.arm import Arm
+from armtwin.models.errors import InputError, UnreachablePoseError
+from armtwin.models.kinematics import inverse
+from armtwin.models.plan import Plan, paper_plan, read_plan
 
 BUILT_IN = ("paper",)
 _POSE_COLUMNS = ("x_mm", "y_mm", "theta_rad")

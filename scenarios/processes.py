@@ -10,7 +10,7 @@ import threading
 def end_with_parent() -> None:
     """End this process as soon as the one that spawned it is gone, by kill -9 too, whatever it is doing then.
 
-    What it was writing stays aside (`models.atomic`); the next run clears it.
+    What it was writing stays aside (`armtwin.models.atomic`); the next run clears it.
     """
     parent = multiprocessing.parent_process()
     if parent is None:

@@ -17,15 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
-from models.arm import nominal_arm
-from models.camera_files import nominal_camera
-from models.effects.injection import Stated
-from models.effects.registry import effect_named
-from models.errors import InputError, UnreachablePoseError, nearest
-from models.kinematics import inverse
-from models.trajectories import CIRCLE_CENTRE_MM, ORIENTATION_RAD, SAMPLES, circle, line
-from models.validation import FROM_LIST, Finite, Positive, Strict, check, row
-from models.world import ideal_world
+from armtwin.models.arm import nominal_arm
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.effects.injection import Stated
+from armtwin.models.effects.registry import effect_named
+from armtwin.models.errors import InputError, UnreachablePoseError, nearest
+from armtwin.models.kinematics import inverse
+from armtwin.models.trajectories import CIRCLE_CENTRE_MM, ORIENTATION_RAD, SAMPLES, circle, line
+from armtwin.models.validation import FROM_LIST, Finite, Positive, Strict, check, row
+from armtwin.models.world import ideal_world
 
 Array = NDArray[np.float64]
 

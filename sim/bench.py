@@ -3,7 +3,7 @@
 bench = SimulatedBench(world, seed=7)
 bench.connect()
 bench.move(q_cmd_rad)
-frame = bench.capture()                                  # models.bench.Frame
+frame = bench.capture()                                  # armtwin.models.bench.Frame
 view = bench.capture_board(T_board_body)                 # the chessboard held before the same camera
 block = bench.capture_gauge(30.0, bench.gauge_placement(x_mm, y_mm, angle_rad))
 bench.close()
@@ -17,15 +17,15 @@ from collections.abc import Callable, Hashable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from models.bench import Frame
-from models.camera import Camera, project
-from models.errors import InputError, JobError
-from models.frames import robot_to_board
-from models.units import MM_PER_M
-from models.world import Moment, World
-from sim.observe import POSE_PERIOD_S
-from sim.physics.simulation import ArmSimulation
-from sim.render import (
+from armtwin.models.bench import Frame
+from armtwin.models.camera import Camera, project
+from armtwin.models.errors import InputError, JobError
+from armtwin.models.frames import robot_to_board
+from armtwin.models.units import MM_PER_M
+from armtwin.models.world import Moment, World
+from armtwin.sim.observe import POSE_PERIOD_S
+from armtwin.sim.physics.simulation import ArmSimulation
+from armtwin.sim.render import (
     LensRenderer,
     Part,
     arm_parts,
@@ -36,13 +36,13 @@ from sim.render import (
     panel_parts,
     robot_bodies_on_board,
 )
-from sim.sensor import Sensor, expose
+from armtwin.sim.sensor import Sensor, expose
 
 Array = NDArray[np.float64]
 
 
 class SimulatedBench:
-    """A world's arm and webcam, as `models.bench.Bench`; the same seed gives the same pictures.
+    """A world's arm and webcam, as `armtwin.models.bench.Bench`; the same seed gives the same pictures.
 
     Args:
         world: what is true; its faults of detection have no part in a picture.

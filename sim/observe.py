@@ -8,11 +8,11 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from models.camera import project
-from models.frames import robot_to_board
-from models.recording import Recording, make_samples
-from models.world import Moment, World
-from sim.physics.simulation import ArmSimulation, simulate
+from armtwin.models.camera import project
+from armtwin.models.frames import robot_to_board
+from armtwin.models.recording import Recording, make_samples
+from armtwin.models.world import Moment, World
+from armtwin.sim.physics.simulation import ArmSimulation, simulate
 
 Array = NDArray[np.float64]
 

@@ -20,14 +20,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.arm.calibration import ArmCalibration
-from calib.arm.chain import Chain, ComplexArray
-from calib.arm.identifiability import GAUGE
-from calib.arm.observations import fewest_poses, refuse_too_few, rows_to_fit
-from models.camera import back_project
-from models.errors import InputError
-from models.kinematics import Deviation
-from models.recording import Recording
+from armtwin.calib.arm.calibration import ArmCalibration
+from armtwin.calib.arm.chain import Chain, ComplexArray
+from armtwin.calib.arm.identifiability import GAUGE
+from armtwin.calib.arm.observations import fewest_poses, refuse_too_few, rows_to_fit
+from armtwin.models.camera import back_project
+from armtwin.models.errors import InputError
+from armtwin.models.kinematics import Deviation
+from armtwin.models.recording import Recording
 
 Array = NDArray[np.float64]
 

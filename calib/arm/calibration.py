@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from models.kinematics import Deviation
+from armtwin.models.kinematics import Deviation
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ class ArmCalibration:
 
     Attributes:
         method: "least-squares", "joint-angles" or "algorithm-1".
-        deviation: what to hand to `models.kinematics.inverse(delta=...)`.
+        deviation: what to hand to `armtwin.models.kinematics.inverse(delta=...)`.
         base_in_board_mm: (3,) marker A in the board frame; None where only angles were measured.
         names: of the P parameters, units in the names.
         values, covariance: (P,) and (P, P); covariance is NaN where the method gives none.
@@ -37,7 +37,7 @@ class ArmCalibration:
         clustered_std: (P,) standard deviations that also hold when the markers of one pose err together, as with joint
             play; where they are much larger than `std`, the errors are not the camera's.
         identifiable: how many link parameters can be known (six of planar3's seven).
-        singular_values: see `calib.arm.identifiability`.
+        singular_values: see `armtwin.calib.arm.identifiability`.
         gauge, ties: what cannot be known, in words, with the convention used.
         noise: standard deviation of one measured coordinate as the residuals show it: px, rad or mm by method.
         rms_px, rms_mm: root mean square distance of the used markers from the model; NaN where there is none.

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arm import Arm
-from models.kinematics import Deviation, link_angles
+from armtwin.models.arm import Arm
+from armtwin.models.kinematics import Deviation, link_angles
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

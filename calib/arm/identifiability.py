@@ -14,9 +14,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.arm.chain import Chain
-from models.arm import Arm
-from models.errors import InputError
+from armtwin.calib.arm.chain import Chain
+from armtwin.models.arm import Arm
+from armtwin.models.errors import InputError
 
 Array = NDArray[np.float64]
 

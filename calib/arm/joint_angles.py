@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.arm.calibration import ArmCalibration, Outlier
-from calib.arm.chain import Chain
-from calib.arm.observations import refuse_too_few
-from models.errors import InputError
-from models.kinematics import Deviation
-from models.recording import Recording
+from armtwin.calib.arm.calibration import ArmCalibration, Outlier
+from armtwin.calib.arm.chain import Chain
+from armtwin.calib.arm.observations import refuse_too_few
+from armtwin.models.errors import InputError
+from armtwin.models.kinematics import Deviation
+from armtwin.models.recording import Recording
 
 Array = NDArray[np.float64]
 

@@ -14,15 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.arm import joint_angles
-from calib.arm.calibration import ArmCalibration, Outlier
-from calib.arm.chain import BASE_NAMES, Chain
-from calib.arm.identifiability import analyse
-from calib.arm.observations import Observations, observe, rows_to_fit
-from calib.arm.start import start
-from models.camera import Camera, project, project_jacobian
-from models.errors import JobError
-from models.recording import Recording
+from armtwin.calib.arm import joint_angles
+from armtwin.calib.arm.calibration import ArmCalibration, Outlier
+from armtwin.calib.arm.chain import BASE_NAMES, Chain
+from armtwin.calib.arm.identifiability import analyse
+from armtwin.calib.arm.observations import Observations, observe, rows_to_fit
+from armtwin.calib.arm.start import start
+from armtwin.models.camera import Camera, project, project_jacobian
+from armtwin.models.errors import JobError
+from armtwin.models.recording import Recording
 
 Array = NDArray[np.float64]
 

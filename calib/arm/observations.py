@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.arm.chain import Chain, ComplexArray
-from models.arm import Arm
-from models.errors import InputError, nearest
-from models.recording import Recording
+from armtwin.calib.arm.chain import Chain, ComplexArray
+from armtwin.models.arm import Arm
+from armtwin.models.errors import InputError, nearest
+from armtwin.models.recording import Recording
 
 Array = NDArray[np.float64]
 

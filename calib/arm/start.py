@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.arm.chain import LENGTH_SPREAD_MM, Chain
-from calib.arm.observations import Observations
-from models.camera import Camera, back_project
-from models.errors import InputError
+from armtwin.calib.arm.chain import LENGTH_SPREAD_MM, Chain
+from armtwin.calib.arm.observations import Observations
+from armtwin.models.camera import Camera, back_project
+from armtwin.models.errors import InputError
 
 Array = NDArray[np.float64]
 

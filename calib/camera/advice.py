@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.camera.coverage import Coverage
+from armtwin.calib.camera.coverage import Coverage
 
 Array = NDArray[np.float64]
 

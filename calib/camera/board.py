@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from models.errors import InputError
+from armtwin.models.errors import InputError
 
 Array = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.camera.board import Board
+from armtwin.calib.camera.board import Board
 
 Array = NDArray[np.float64]
 Gray = NDArray[np.uint8]

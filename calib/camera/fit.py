@@ -13,13 +13,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.camera.advice import Advice, advise, tilts
-from calib.camera.board import Board
-from calib.camera.corners import Corners, y_down_px
-from calib.camera.coverage import Coverage, cover
-from calib.camera.uncertainty import INTRINSICS, Uncertainty, uncertainty
-from models.camera import Camera
-from models.errors import InputError
+from armtwin.calib.camera.advice import Advice, advise, tilts
+from armtwin.calib.camera.board import Board
+from armtwin.calib.camera.corners import Corners, y_down_px
+from armtwin.calib.camera.coverage import Coverage, cover
+from armtwin.calib.camera.uncertainty import INTRINSICS, Uncertainty, uncertainty
+from armtwin.models.camera import Camera
+from armtwin.models.errors import InputError
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from models.errors import InputError
+from armtwin.models.errors import InputError
 
 Gray = NDArray[np.uint8]
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.diagnosis.fit import Data, Fit, fit
-from calib.diagnosis.repairs import find_missed
-from calib.diagnosis.screen import Screen, best_start
-from models.effects.predict import Active
-from models.effects.registry import Effect, Site, Stage, catalogue
+from armtwin.calib.diagnosis.fit import Data, Fit, fit
+from armtwin.calib.diagnosis.repairs import find_missed
+from armtwin.calib.diagnosis.screen import Screen, best_start
+from armtwin.models.effects.predict import Active
+from armtwin.models.effects.registry import Effect, Site, Stage, catalogue
 
 Array = NDArray[np.float64]
 

@@ -10,17 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from calib.diagnosis.fit import degrees_of_freedom
-from calib.diagnosis.geometry import GeometryReport, geometry_report
-from calib.diagnosis.holdout import HeldOut, every_fourth, held_out_gain, held_out_rows, held_out_trend
-from calib.diagnosis.problem import Problem, problem_of
-from calib.diagnosis.repairs import cost_unrepaired
-from calib.diagnosis.search import Cause, Explanation, search
-from calib.diagnosis.structure import LOUD, Trend, louder_than_noise, trends, typical_misfit
-from calib.diagnosis.uncertainty import uncertainty
-from models.effects.predict import Active
-from models.errors import RecordingError
-from models.recording import Recording
+from armtwin.calib.diagnosis.fit import degrees_of_freedom
+from armtwin.calib.diagnosis.geometry import GeometryReport, geometry_report
+from armtwin.calib.diagnosis.holdout import HeldOut, every_fourth, held_out_gain, held_out_rows, held_out_trend
+from armtwin.calib.diagnosis.problem import Problem, problem_of
+from armtwin.calib.diagnosis.repairs import cost_unrepaired
+from armtwin.calib.diagnosis.search import Cause, Explanation, search
+from armtwin.calib.diagnosis.structure import LOUD, Trend, louder_than_noise, trends, typical_misfit
+from armtwin.calib.diagnosis.uncertainty import uncertainty
+from armtwin.models.effects.predict import Active
+from armtwin.models.errors import RecordingError
+from armtwin.models.recording import Recording
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]

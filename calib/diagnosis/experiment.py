@@ -6,13 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from calib.diagnosis.diagnosis import Diagnosis
-from calib.diagnosis.experiments.by_hand import hand_separation
-from calib.diagnosis.experiments.poses import Candidate, candidates, in_small_steps, space_of
-from calib.diagnosis.experiments.rivals import Rivals, rivals_of
-from calib.diagnosis.experiments.separation import confirmed, extended, separations
-from calib.diagnosis.fit import Data
-from models.plan import Plan
+from armtwin.calib.diagnosis.diagnosis import Diagnosis
+from armtwin.calib.diagnosis.experiments.by_hand import hand_separation
+from armtwin.calib.diagnosis.experiments.poses import Candidate, candidates, in_small_steps, space_of
+from armtwin.calib.diagnosis.experiments.rivals import Rivals, rivals_of
+from armtwin.calib.diagnosis.experiments.separation import confirmed, extended, separations
+from armtwin.calib.diagnosis.fit import Data
+from armtwin.models.plan import Plan
 
 # Rivals that are expected to be this many standard deviations apart will be told apart: a deviance of 25 is well above
 # what makes a tie.

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.diagnosis.problem import Problem
-from models.effects.predict import Active
-from models.effects.registry import Parameter
+from armtwin.calib.diagnosis.problem import Problem
+from armtwin.models.effects.predict import Active
+from armtwin.models.effects.registry import Parameter
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]

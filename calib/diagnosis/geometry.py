@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.diagnosis.fit import Data, Fit
-from calib.diagnosis.problem import Problem
-from models.kinematics import Deviation
+from armtwin.calib.diagnosis.fit import Data, Fit
+from armtwin.calib.diagnosis.problem import Problem
+from armtwin.models.kinematics import Deviation
 
 Array = NDArray[np.float64]
 

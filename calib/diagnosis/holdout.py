@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from calib.diagnosis.fit import Data, Fit, degrees_of_freedom, fit
-from calib.diagnosis.problem import Problem
-from calib.diagnosis.repairs import find_missed, repair
-from calib.diagnosis.search import Explanation
-from calib.diagnosis.structure import LOUD, Trend, typical_misfit
-from models.effects.predict import Active
-from models.errors import RecordingError
-from models.recording import Recording
+from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom, fit
+from armtwin.calib.diagnosis.problem import Problem
+from armtwin.calib.diagnosis.repairs import find_missed, repair
+from armtwin.calib.diagnosis.search import Explanation
+from armtwin.calib.diagnosis.structure import LOUD, Trend, typical_misfit
+from armtwin.models.effects.predict import Active
+from armtwin.models.errors import RecordingError
+from armtwin.models.recording import Recording
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.diagnosis.problem import Problem
+from armtwin.calib.diagnosis.problem import Problem
 
 Array = NDArray[np.float64]
 

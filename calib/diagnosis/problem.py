@@ -13,11 +13,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from models.camera import back_project
-from models.effects.context import Context, nominal_links
-from models.effects.predict import Active, Geometry, camera_path, joint_angles, marker_points
-from models.frames import R_ROBOT_BOARD, board_to_robot, robot_to_board
-from models.recording import Recording
+from armtwin.models.camera import back_project
+from armtwin.models.effects.context import Context, nominal_links
+from armtwin.models.effects.predict import Active, Geometry, camera_path, joint_angles, marker_points
+from armtwin.models.frames import R_ROBOT_BOARD, board_to_robot, robot_to_board
+from armtwin.models.recording import Recording
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]

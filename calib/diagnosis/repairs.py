@@ -8,10 +8,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.diagnosis.fit import Data, Fit, point_misfit
-from calib.diagnosis.noise import robust_std
-from models.effects.predict import Active
-from models.effects.registry import View, effect_named
+from armtwin.calib.diagnosis.fit import Data, Fit, point_misfit
+from armtwin.calib.diagnosis.noise import robust_std
+from armtwin.models.effects.predict import Active
+from armtwin.models.effects.registry import View, effect_named
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]

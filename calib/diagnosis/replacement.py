@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from calib.diagnosis.candidates import Candidate, candidate_sites, candidates, fit_candidates
-from calib.diagnosis.fit import Data, Fit, excess_of, fit
-from calib.diagnosis.ties import tied
-from models.effects.predict import Active
+from armtwin.calib.diagnosis.candidates import Candidate, candidate_sites, candidates, fit_candidates
+from armtwin.calib.diagnosis.fit import Data, Fit, excess_of, fit
+from armtwin.calib.diagnosis.ties import tied
+from armtwin.models.effects.predict import Active
 
 Key = tuple[str, int | None, str | None]
 Equivalents = dict[Key, tuple[Active, ...]]

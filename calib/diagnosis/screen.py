@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from calib.diagnosis.fit import Data, Fit, difference_step
-from models.effects.predict import Active, joint_angles
-from models.effects.registry import Evidence, Parameter, Stage
+from armtwin.calib.diagnosis.fit import Data, Fit, difference_step
+from armtwin.models.effects.predict import Active, joint_angles
+from armtwin.models.effects.registry import Evidence, Parameter, Stage
 
 Array = NDArray[np.float64]
 

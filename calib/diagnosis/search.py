@@ -16,13 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from calib.diagnosis.candidates import Candidate, candidate_sites, candidates
-from calib.diagnosis.fit import Data, Fit, degrees_of_freedom, excess_of, fit
-from calib.diagnosis.noise import estimate_noise, least_noise, robust_std
-from calib.diagnosis.problem import Problem
-from calib.diagnosis.repairs import Repaired, repair
-from calib.diagnosis.replacement import Equivalents, rescanned, settle
-from models.effects.predict import Active
+from armtwin.calib.diagnosis.candidates import Candidate, candidate_sites, candidates
+from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom, excess_of, fit
+from armtwin.calib.diagnosis.noise import estimate_noise, least_noise, robust_std
+from armtwin.calib.diagnosis.problem import Problem
+from armtwin.calib.diagnosis.repairs import Repaired, repair
+from armtwin.calib.diagnosis.replacement import Equivalents, rescanned, settle
+from armtwin.models.effects.predict import Active
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]

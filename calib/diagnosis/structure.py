@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from calib.diagnosis.fit import Data, Fit, degrees_of_freedom
-from models.effects.context import Context
+from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom
+from armtwin.models.effects.context import Context
 
 Array = NDArray[np.float64]
 

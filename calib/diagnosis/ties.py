@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from calib.diagnosis.candidates import Candidate
-    from calib.diagnosis.fit import Data
+    from armtwin.calib.diagnosis.candidates import Candidate
+    from armtwin.calib.diagnosis.fit import Data
 
 # Below this difference of scores no two models are told apart (a Bayes factor of about 50).
 _LEAST_DIFFERENCE = 8.0

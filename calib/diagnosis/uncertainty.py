@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.diagnosis.fit import Data, Fit, difference_step, point_misfit
-from models.effects.predict import Active
-from models.effects.registry import Parameter
-from models.effects.scan import fan_about
+from armtwin.calib.diagnosis.fit import Data, Fit, difference_step, point_misfit
+from armtwin.models.effects.predict import Active
+from armtwin.models.effects.registry import Parameter
+from armtwin.models.effects.scan import fan_about
 
 Array = NDArray[np.float64]
 

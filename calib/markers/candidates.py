@@ -15,8 +15,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.markers.disc import Array, DetectorConfig, Image
-from models.errors import InputError
+from armtwin.calib.markers.disc import Array, DetectorConfig, Image
+from armtwin.models.errors import InputError
 
 # Levels a factor of 1.6 apart: one of them lies between 0.4 and 0.63 of any blob's height.
 _LEVEL_RATIO = 1.6

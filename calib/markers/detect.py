@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from calib.markers.disc import DetectorConfig, Disc, Image, Method
-from calib.markers.paper import detect_paper
-from calib.markers.subpixel import detect_subpixel
-from models.camera import Camera
-from models.errors import InputError, nearest
+from armtwin.calib.markers.disc import DetectorConfig, Disc, Image, Method
+from armtwin.calib.markers.paper import detect_paper
+from armtwin.calib.markers.subpixel import detect_subpixel
+from armtwin.models.camera import Camera
+from armtwin.models.errors import InputError, nearest
 
 
 def detect(

@@ -21,9 +21,9 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from scipy.special import ndtr
 
-from calib.markers.disc import Array, Image, Mask
-from calib.markers.ellipse import determinants, semi_axes
-from calib.markers.levels import Profile, disc_edges, find_levels, masked_median, mean_where
+from armtwin.calib.markers.disc import Array, Image, Mask
+from armtwin.calib.markers.ellipse import determinants, semi_axes
+from armtwin.calib.markers.levels import Profile, disc_edges, find_levels, masked_median, mean_where
 
 # Distance of samples on a normal, in blurs and at most in px: closer ones add time, not information.
 _SPACING_BLURS, _SPACING_MOST = 0.7, 0.8

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from calib.markers.disc import Array, Mask
+from armtwin.calib.markers.disc import Array, Mask
 
 # Biweight constant: 95 % efficient on Gaussian residuals (Huber and Ronchetti, Robust Statistics, 2009).
 _BIWEIGHT = 4.685

@@ -15,11 +15,11 @@ from itertools import combinations
 
 import numpy as np
 
-from calib.markers.disc import Array, Disc, Mask
-from models.arm import Arm
-from models.camera import Camera, back_project, project_jacobian
-from models.frames import board_to_robot
-from models.kinematics import complex_links, marker_positions
+from armtwin.calib.markers.disc import Array, Disc, Mask
+from armtwin.models.arm import Arm
+from armtwin.models.camera import Camera, back_project, project_jacobian
+from armtwin.models.frames import board_to_robot
+from armtwin.models.kinematics import complex_links, marker_positions
 
 Assignment = tuple[int | None, ...]
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from calib.markers.disc import Array, Disc
-from calib.markers.explain import Explainer, Explanation
-from calib.markers.reading import MarkerReading, Status
-from models.arm import Arm
-from models.camera import Camera
+from armtwin.calib.markers.disc import Array, Disc
+from armtwin.calib.markers.explain import Explainer, Explanation
+from armtwin.calib.markers.reading import MarkerReading, Status
+from armtwin.models.arm import Arm
+from armtwin.models.camera import Camera
 
 
 def identify(

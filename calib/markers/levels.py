@@ -12,7 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from calib.markers.disc import Array, Mask
+from armtwin.calib.markers.disc import Array, Mask
 
 # Distance from the edge, in blurs, beyond which the profile is level to 1.2 % of its height.
 _LEVEL_FROM = 2.25

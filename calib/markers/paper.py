@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from calib.markers.candidates import red_channel
-from calib.markers.disc import Array, DetectorConfig, Disc, Image
+from armtwin.calib.markers.candidates import red_channel
+from armtwin.calib.markers.disc import Array, DetectorConfig, Disc, Image
 
 # Standard deviation of the smoothing, px: the least that hides sensor noise of a few grey levels from Sobel.
 _SMOOTHING_PX = 1.5
@@ -47,7 +47,7 @@ class PaperStages:
 
 
 def detect_paper(image: Image, config: DetectorConfig | None = None) -> tuple[Disc, ...]:
-    """Return the Hough circles of a BGR or grey picture as discs, from left to right; see `calib.markers.detect`."""
+    """Return the Hough circles of a BGR or grey picture as discs, from left to right; see `markers.detect`."""
     config = config or _ARM_MARKERS
     stages = paper_stages(image, config)
     discs = [_disc(stages.red, circle) for circle in stages.circles]

@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from calib.markers.disc import Array, Disc
+from armtwin.calib.markers.disc import Array, Disc
 
 Status = Literal["seen", "hidden", "ambiguous"]
 

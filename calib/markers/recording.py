@@ -10,13 +10,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from calib.markers.detect import detect
-from calib.markers.disc import DetectorConfig, Disc, Image, Method
-from calib.markers.identify import identify
-from calib.markers.reading import MarkerReading
-from models.camera import Camera, back_project
-from models.errors import RecordingError
-from models.recording import Recording
+from armtwin.calib.markers.detect import detect
+from armtwin.calib.markers.disc import DetectorConfig, Disc, Image, Method
+from armtwin.calib.markers.identify import identify
+from armtwin.calib.markers.reading import MarkerReading
+from armtwin.models.camera import Camera, back_project
+from armtwin.models.errors import RecordingError
+from armtwin.models.recording import Recording
 
 # A frame of 1280 x 720 is 2.8 MB as it stands; larger files are no frames of a webcam.
 _MOST_BYTES = 64 << 20

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from calib.markers.candidates import Candidate, find_candidates, red_channel
-from calib.markers.disc import WHOLE, Array, DetectorConfig, Disc, Image, Mask
-from calib.markers.edges import EdgePoints, find_edges, first_edges, n_normals
-from calib.markers.ellipse import Ellipses, determinants, fit_ellipses, semi_axes
-from models.camera import Camera, back_project, distort_jacobian, project, project_jacobian
+from armtwin.calib.markers.candidates import Candidate, find_candidates, red_channel
+from armtwin.calib.markers.disc import WHOLE, Array, DetectorConfig, Disc, Image, Mask
+from armtwin.calib.markers.edges import EdgePoints, find_edges, first_edges, n_normals
+from armtwin.calib.markers.ellipse import Ellipses, determinants, fit_ellipses, semi_axes
+from armtwin.models.camera import Camera, back_project, distort_jacobian, project, project_jacobian
 
 # Relative difference of the semi-axes that is believed without evidence, one standard deviation: on the disc's plane
 # an orientation 2 degrees off at a tilt of 10; in raw pixels of an unknown camera a disc seen 15 degrees askew.
@@ -33,7 +33,7 @@ _KEPT_WEIGHT = 0.3
 def detect_subpixel(
     image: Image, camera: Camera | None = None, plane_z_mm: float = 0.0, config: DetectorConfig | None = None
 ) -> tuple[Disc, ...]:
-    """Return the discs of a BGR or grey picture, from left to right; see `calib.markers.detect`."""
+    """Return the discs of a BGR or grey picture, from left to right; see `markers.detect`."""
     config = config or DetectorConfig()
     candidates = find_candidates(image, config)
     discs: list[Disc] = []

@@ -7,7 +7,7 @@ with FirmwareEmulator() as board:                # builds firmware and emulator 
             ...
 """
 
-from hardware.emulator.build import missing_packages
-from hardware.emulator.launcher import FirmwareEmulator, Pulse
+from armtwin.hardware.emulator.build import missing_packages
+from armtwin.hardware.emulator.launcher import FirmwareEmulator, Pulse
 
 __all__ = ["FirmwareEmulator", "Pulse", "missing_packages"]

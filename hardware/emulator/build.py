@@ -10,8 +10,8 @@ import subprocess
 from dataclasses import dataclass
 from pathlib import Path
 
-from models.atomic import folder_aside
-from models.errors import JobError
+from armtwin.models.atomic import folder_aside
+from armtwin.models.errors import JobError
 
 EMULATOR = Path(__file__).parent
 FIRMWARE = EMULATOR.parent / "firmware" / "armtwin_firmware"

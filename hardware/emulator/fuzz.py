@@ -1,4 +1,4 @@
-"""Thousands of bad frames at both ends of the serial line: `python -m hardware.emulator.fuzz --frames 10000`.
+"""Thousands of bad frames at both ends of the serial line: `python -m armtwin.hardware.emulator.fuzz --frames 10000`.
 
 Three passes, each with its own promise; the first that is broken raises AssertionError with what was seen:
 
@@ -18,13 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 import serial
 
-from hardware import messages
-from hardware.emulator.launcher import FirmwareEmulator, Pulse
-from hardware.emulator.noise import NoisyLine, bad_piece
-from hardware.frames import DELIMITER, FrameReader, encode
-from hardware.link import ServoLink
-from hardware.messages import ANSWER, N_SERVOS, TICKS_PER_US, Request, Status
-from hardware.ports import open_port
+from armtwin.hardware import messages
+from armtwin.hardware.emulator.launcher import FirmwareEmulator, Pulse
+from armtwin.hardware.emulator.noise import NoisyLine, bad_piece
+from armtwin.hardware.frames import DELIMITER, FrameReader, encode
+from armtwin.hardware.link import ServoLink
+from armtwin.hardware.messages import ANSWER, N_SERVOS, TICKS_PER_US, Request, Status
+from armtwin.hardware.ports import open_port
 
 SPEED = 4.0  # times real time
 BAD_IN_A_ROW = 8  # bad frames between two good ones, at most

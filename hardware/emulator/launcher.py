@@ -25,9 +25,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.emulator.build import Built, build
-from hardware.messages import N_SERVOS
-from models.errors import JobError
+from armtwin.hardware.emulator.build import Built, build
+from armtwin.hardware.messages import N_SERVOS
+from armtwin.models.errors import JobError
 
 CLOCK_HZ = 16e6  # the Uno's crystal
 SERVO_PINS = (9, 10, 11)  # Arduino numbers, as in servos.h; joint 1 to 3

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from models.effects.context import Context
-from models.effects.injection import Injected, switch
-from models.effects.pixels import needs_camera
-from models.effects.predict import PointState
-from models.effects.registry import Effect, Parameter, Site, Stage
-from models.world import World, joint_index
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.injection import Injected, switch
+from armtwin.models.effects.pixels import needs_camera
+from armtwin.models.effects.predict import PointState
+from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
+from armtwin.models.world import World, joint_index
 
 Array = NDArray[np.float64]
 

@@ -14,12 +14,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from models.effects.context import Context
-from models.effects.injection import Injected, switch
-from models.effects.registry import Effect, Parameter, Site, Stage
-from models.mjcf import SOLIMP, SOLREF, add_series_hinge, heaviest_torque_nm
-from models.servo import gentle
-from models.world import World, joint_index
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.injection import Injected, switch
+from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
+from armtwin.models.mjcf import SOLIMP, SOLREF, add_series_hinge, heaviest_torque_nm
+from armtwin.models.servo import gentle
+from armtwin.models.world import World, joint_index
 
 Array = NDArray[np.float64]
 

@@ -9,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from models.camera import Camera
-from models.effects.camera_path import CameraPath
-from models.effects.context import Context
-from models.effects.injection import Injected, sample
-from models.effects.pixels import needs_camera
-from models.effects.registry import Effect, Parameter, Site, Stage
-from models.effects.scan import event_rows, since
-from models.world import Moment, World
+from armtwin.models.camera import Camera
+from armtwin.models.effects.camera_path import CameraPath
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.injection import Injected, sample
+from armtwin.models.effects.pixels import needs_camera
+from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
+from armtwin.models.effects.scan import event_rows, since
+from armtwin.models.world import Moment, World
 
 Array = NDArray[np.float64]
 

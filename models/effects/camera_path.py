@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from models.camera import Camera, distort, distort_jacobian, to_pixels
+from armtwin.models.camera import Camera, distort, distort_jacobian, to_pixels
 
 Array = NDArray[np.float64]
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from models.effects.context import Context
-from models.effects.injection import Injected
-from models.effects.registry import Effect, Parameter, Site, Stage
-from models.world import World
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.injection import Injected
+from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
+from armtwin.models.world import World
 
 Array = NDArray[np.float64]
 

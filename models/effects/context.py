@@ -8,9 +8,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arm import Arm
-from models.camera import Camera
-from models.kinematics import complex_links
+from armtwin.models.arm import Arm
+from armtwin.models.camera import Camera
+from armtwin.models.kinematics import complex_links
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

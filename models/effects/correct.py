@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from models.effects.context import Context
-from models.effects.predict import Active, joint_angles
-from models.kinematics import Deviation, inverse
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.predict import Active, joint_angles
+from armtwin.models.kinematics import Deviation, inverse
 
 Array = NDArray[np.float64]
 

@@ -12,11 +12,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from models.effects.context import Context
-from models.effects.injection import Injected
-from models.effects.registry import Effect, Parameter, Site, Stage
-from models.mjcf import add_spring
-from models.world import World
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.injection import Injected
+from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
+from armtwin.models.mjcf import add_spring
+from armtwin.models.world import World
 
 Array = NDArray[np.float64]
 

@@ -14,13 +14,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from models.effects.context import Context
-from models.effects.injection import Injected
-from models.effects.registry import Effect, Parameter, Site, Stage
-from models.errors import InputError
-from models.mjcf import SPRING_TIME_S, add_series_hinge
-from models.servo import gentle
-from models.world import World, joint_index
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.injection import Injected
+from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
+from armtwin.models.errors import InputError
+from armtwin.models.mjcf import SPRING_TIME_S, add_series_hinge
+from armtwin.models.servo import gentle
+from armtwin.models.world import World, joint_index
 
 Array = NDArray[np.float64]
 

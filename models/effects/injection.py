@@ -8,9 +8,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from models.arm import Arm
-from models.errors import InputError, nearest, shown
-from models.validation import short
+from armtwin.models.arm import Arm
+from armtwin.models.errors import InputError, nearest, shown
+from armtwin.models.validation import short
 
 Kind = Literal["number", "whole", "sample", "samples", "marker"]
 Where = Literal["joint", "link", "marker", "arm", "camera"]

@@ -9,11 +9,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from models.effects.context import Context
-from models.effects.injection import Injected, sample
-from models.effects.registry import Effect, Parameter, Site, Stage
-from models.effects.scan import event_rows, since
-from models.world import Event, World, joint_index
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.injection import Injected, sample
+from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
+from armtwin.models.effects.scan import event_rows, since
+from armtwin.models.world import Event, World, joint_index
 
 Array = NDArray[np.float64]
 

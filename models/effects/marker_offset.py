@@ -13,14 +13,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from models.effects.context import Context
-from models.effects.injection import Injected, switch
-from models.effects.pixels import needs_camera
-from models.effects.predict import PointState
-from models.effects.registry import Effect, Parameter, Site, Stage
-from models.mjcf import ride_on_link
-from models.units import M_PER_MM
-from models.world import World, checked_marker
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.injection import Injected, switch
+from armtwin.models.effects.pixels import needs_camera
+from armtwin.models.effects.predict import PointState
+from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
+from armtwin.models.mjcf import ride_on_link
+from armtwin.models.units import M_PER_MM
+from armtwin.models.world import World, checked_marker
 
 Array = NDArray[np.float64]
 

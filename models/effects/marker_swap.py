@@ -10,11 +10,11 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from models.effects.context import Context
-from models.effects.injection import other_marker, samples
-from models.effects.registry import Effect, Parameter, Site, Stage, View
-from models.errors import InputError
-from models.world import World, checked_marker, samples_of
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.injection import other_marker, samples
+from armtwin.models.effects.registry import Effect, Parameter, Site, Stage, View
+from armtwin.models.errors import InputError
+from armtwin.models.world import World, checked_marker, samples_of
 
 Array = NDArray[np.float64]
 

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from models.effects.context import Context
-from models.effects.injection import samples
-from models.effects.registry import Effect, Parameter, Site, Stage, View
-from models.world import Command, Electronics, World, samples_of
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.injection import samples
+from armtwin.models.effects.registry import Effect, Parameter, Site, Stage, View
+from armtwin.models.world import Command, Electronics, World, samples_of
 
 Array = NDArray[np.float64]
 

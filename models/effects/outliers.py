@@ -9,10 +9,10 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from models.effects.context import Context
-from models.effects.injection import Injected
-from models.effects.registry import Effect, Parameter, Site, Stage, View
-from models.world import World
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.injection import Injected
+from armtwin.models.effects.registry import Effect, Parameter, Site, Stage, View
+from armtwin.models.world import World
 
 Array = NDArray[np.float64]
 

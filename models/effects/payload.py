@@ -13,13 +13,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from models.effects.context import Context
-from models.effects.gravity_sag import needs_gravity
-from models.effects.injection import Injected, sample
-from models.effects.registry import Effect, Parameter, Site, Stage
-from models.effects.scan import event_rows, since
-from models.mjcf import add_spring, add_tip_mass
-from models.world import Event, World
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.gravity_sag import needs_gravity
+from armtwin.models.effects.injection import Injected, sample
+from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
+from armtwin.models.effects.scan import event_rows, since
+from armtwin.models.mjcf import add_spring, add_tip_mass
+from armtwin.models.world import Event, World
 
 Array = NDArray[np.float64]
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from models.effects.context import Context
-from models.effects.registry import Site
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.registry import Site
 
 
 def needs_camera(context: Context, site: Site) -> str | None:

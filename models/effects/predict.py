@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from models.effects.camera_path import CameraPath
-from models.effects.context import Context, nominal_links
-from models.effects.registry import Effect, Site, Stage
-from models.frames import robot_to_board
+from armtwin.models.effects.camera_path import CameraPath
+from armtwin.models.effects.context import Context, nominal_links
+from armtwin.models.effects.registry import Effect, Site, Stage
+from armtwin.models.frames import robot_to_board
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from models.effects.context import Context
-from models.effects.injection import Injected
-from models.effects.registry import Effect, Evidence, Parameter, Site, Stage
-from models.effects.scan import fan_about
-from models.world import Command, Electronics, World
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.injection import Injected
+from armtwin.models.effects.registry import Effect, Evidence, Parameter, Site, Stage
+from armtwin.models.effects.scan import fan_about
+from armtwin.models.world import Command, Electronics, World
 
 Array = NDArray[np.float64]
 

@@ -23,10 +23,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arm import Arm
-from models.effects.context import Context
-from models.effects.injection import Injected, Stated, Where, checked, taken_by
-from models.errors import InputError, nearest, shown
+from armtwin.models.arm import Arm
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.injection import Injected, Stated, Where, checked, taken_by
+from armtwin.models.errors import InputError, nearest, shown
 
 Array = NDArray[np.float64]
 
@@ -200,9 +200,9 @@ _LOADED: dict[str, Effect] = {}
 def catalogue() -> Mapping[str, Effect]:
     """Return every registered effect by name: one module of this package each, and those added by `register`."""
     if not _LOADED:
-        package = importlib.import_module("models.effects")
+        package = importlib.import_module("armtwin.models.effects")
         for module in pkgutil.iter_modules(package.__path__):
-            effect = getattr(importlib.import_module(f"models.effects.{module.name}"), "EFFECT", None)
+            effect = getattr(importlib.import_module(f"armtwin.models.effects.{module.name}"), "EFFECT", None)
             if isinstance(effect, Effect):
                 _LOADED[effect.name] = effect
     return _LOADED
@@ -240,6 +240,6 @@ def register_file(path: Path) -> Effect:
         raise InputError(f"{path}: does not run: {type(error).__name__}: {error}") from error
     effect = getattr(module, "EFFECT", None)
     if not isinstance(effect, Effect):
-        raise InputError(f"{path}: defines no EFFECT of type models.effects.registry.Effect")
+        raise InputError(f"{path}: defines no EFFECT of type armtwin.models.effects.registry.Effect")
     register(effect)
     return effect

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from models.effects.context import Context
+from armtwin.models.effects.context import Context
 
 Array = NDArray[np.float64]
 

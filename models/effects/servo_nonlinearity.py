@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from models.effects.context import Context
-from models.effects.injection import Injected
-from models.effects.registry import Effect, Parameter, Site, Stage
-from models.errors import InputError
-from models.world import Command, Electronics, World, joint_index
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.injection import Injected
+from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
+from armtwin.models.errors import InputError
+from armtwin.models.world import Command, Electronics, World, joint_index
 
 Array = NDArray[np.float64]
 

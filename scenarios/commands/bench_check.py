@@ -10,13 +10,13 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from hardware.bench_check import Finding, run_bench_check
-from hardware.bench_file import BenchSetup, read_bench
-from hardware.hardware_bench import HardwareBench
-from models.errors import InputError, JobError
-from scenarios.commands.interrupts import ended_as_by_ctrl_c
-from scenarios.emulated_bench import EmulatedBench
-from scenarios.marker_finder import marker_finder
+from armtwin.hardware.bench_check import Finding, run_bench_check
+from armtwin.hardware.bench_file import BenchSetup, read_bench
+from armtwin.hardware.hardware_bench import HardwareBench
+from armtwin.models.errors import InputError, JobError
+from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c
+from armtwin.scenarios.emulated_bench import EmulatedBench
+from armtwin.scenarios.marker_finder import marker_finder
 
 
 def bench_check_command(

@@ -14,18 +14,18 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from calib.arm import algorithm_1, least_squares
-from calib.arm.calibration import ArmCalibration
-from calib.arm.evaluation import TipError, joint_error_rms, tip_error
-from calib.arm.observations import rows_to_fit
-from models.arm import Arm
-from models.atomic import write_json, write_text
-from models.errors import InputError, nearest
-from models.recording import Recording
-from models.recording_reader import read_recording
-from models.recording_writer import arm_table
-from models.validation import ArmFile, check
-from scenarios.commands.outputs import check_out_folder
+from armtwin.calib.arm import algorithm_1, least_squares
+from armtwin.calib.arm.calibration import ArmCalibration
+from armtwin.calib.arm.evaluation import TipError, joint_error_rms, tip_error
+from armtwin.calib.arm.observations import rows_to_fit
+from armtwin.models.arm import Arm
+from armtwin.models.atomic import write_json, write_text
+from armtwin.models.errors import InputError, nearest
+from armtwin.models.recording import Recording
+from armtwin.models.recording_reader import read_recording
+from armtwin.models.recording_writer import arm_table
+from armtwin.models.validation import ArmFile, check
+from armtwin.scenarios.commands.outputs import check_out_folder
 
 SCHEMA = "armtwin.calibration/1"
 # Over fifty poses the residuals give the noise to 4 %, and a stated one is rarely known better than to a tenth.

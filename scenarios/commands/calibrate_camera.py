@@ -14,15 +14,15 @@ from rich.progress import track
 from rich.table import Table
 from rich.text import Text
 
-from calib.camera import INTRINSICS, Board, CameraCalibration, Corners, calibrate_camera, find_corners
-from calib.camera.board import MIN_CORNERS
-from calib.camera.corners import USUAL_WINDOW_PX, window_limit_px
-from calib.camera.fit import MIN_VIEWS
-from calib.camera.images import Gray, find_images, read_views
-from models.atomic import write_text
-from models.camera_files import write_camera
-from models.errors import InputError, nearest
-from scenarios.commands.calibrate_camera_report import number, report_page
+from armtwin.calib.camera import INTRINSICS, Board, CameraCalibration, Corners, calibrate_camera, find_corners
+from armtwin.calib.camera.board import MIN_CORNERS
+from armtwin.calib.camera.corners import USUAL_WINDOW_PX, window_limit_px
+from armtwin.calib.camera.fit import MIN_VIEWS
+from armtwin.calib.camera.images import Gray, find_images, read_views
+from armtwin.models.atomic import write_text
+from armtwin.models.camera_files import write_camera
+from armtwin.models.errors import InputError, nearest
+from armtwin.scenarios.commands.calibrate_camera_report import number, report_page
 
 # How many pictures are searched for a board of another size once the one asked for is nowhere.
 _SEARCHED_FOR_OTHERS = 3

@@ -10,9 +10,9 @@ import plotly.io as pio
 from jinja2 import Environment, StrictUndefined
 from numpy.typing import NDArray
 
-from calib.camera import INTRINSICS, CameraCalibration
-from calib.camera.advice import tilts
-from calib.camera.fit import rotations_of
+from armtwin.calib.camera import INTRINSICS, CameraCalibration
+from armtwin.calib.camera.advice import tilts
+from armtwin.calib.camera.fit import rotations_of
 
 _PAGE = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>Camera calibration</title>

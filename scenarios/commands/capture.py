@@ -10,17 +10,17 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 
-from hardware.bench_file import BenchSetup, read_bench
-from hardware.capture import ChangePayload, run_capture
-from hardware.capture_folder import CaptureFolder
-from hardware.hardware_bench import HardwareBench
-from models.errors import InputError, JobError
-from models.plan import Plan
-from scenarios.commands.interrupts import ended_as_by_ctrl_c
-from scenarios.commands.outputs import check_out_folder
-from scenarios.emulated_bench import MAX_SPEED, MIN_SPEED, EmulatedBench
-from scenarios.marker_finder import marker_finder
-from scenarios.plans import load_plan
+from armtwin.hardware.bench_file import BenchSetup, read_bench
+from armtwin.hardware.capture import ChangePayload, run_capture
+from armtwin.hardware.capture_folder import CaptureFolder
+from armtwin.hardware.hardware_bench import HardwareBench
+from armtwin.models.errors import InputError, JobError
+from armtwin.models.plan import Plan
+from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c
+from armtwin.scenarios.commands.outputs import check_out_folder
+from armtwin.scenarios.emulated_bench import MAX_SPEED, MIN_SPEED, EmulatedBench
+from armtwin.scenarios.marker_finder import marker_finder
+from armtwin.scenarios.plans import load_plan
 
 EMULATED = "emulated"
 # The paper validates on its line (section 4).

@@ -10,16 +10,16 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from calib.markers.recording import measure_recording
-from models.effects.registry import register_file
-from models.errors import InputError
-from models.recording import Recording
-from models.recording_reader import read_recording
-from models.recording_writer import write_recording
-from scenarios.closed_loop import close_loop_on, described
-from scenarios.commands.outputs import check_out_folder
-from scenarios.diagnosis.summary import print_summary
-from scenarios.diagnosis.whole import story_of, write_story
+from armtwin.calib.markers.recording import measure_recording
+from armtwin.models.effects.registry import register_file
+from armtwin.models.errors import InputError
+from armtwin.models.recording import Recording
+from armtwin.models.recording_reader import read_recording
+from armtwin.models.recording_writer import write_recording
+from armtwin.scenarios.closed_loop import close_loop_on, described
+from armtwin.scenarios.commands.outputs import check_out_folder
+from armtwin.scenarios.diagnosis.summary import print_summary
+from armtwin.scenarios.diagnosis.whole import story_of, write_story
 
 
 def diagnose_command(

@@ -11,13 +11,13 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from hardware.bench_file import read_bench
-from hardware.doctor import Check, run_checks
-from models.arm import nominal_arm
-from models.camera_files import nominal_camera
-from models.errors import JobError
-from scenarios.emulated_bench import EmulatedBench
-from sim.render import LensRenderer, arm_parts, panel_parts, planar_arm_poses, robot_bodies_on_board
+from armtwin.hardware.bench_file import read_bench
+from armtwin.hardware.doctor import Check, run_checks
+from armtwin.models.arm import nominal_arm
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.errors import JobError
+from armtwin.scenarios.emulated_bench import EmulatedBench
+from armtwin.sim.render import LensRenderer, arm_parts, panel_parts, planar_arm_poses, robot_bodies_on_board
 
 _MARKS = {True: ("ok  ", "green"), False: ("FAIL", "red"), None: ("?   ", "yellow")}
 

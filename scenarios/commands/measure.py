@@ -11,10 +11,10 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from calib.markers import MarkerReading, measure_frames, with_markers
-from models.recording_reader import read_recording
-from models.recording_writer import write_recording
-from scenarios.commands.outputs import check_out_folder
+from armtwin.calib.markers import MarkerReading, measure_frames, with_markers
+from armtwin.models.recording_reader import read_recording
+from armtwin.models.recording_writer import write_recording
+from armtwin.scenarios.commands.outputs import check_out_folder
 
 
 class Detector(StrEnum):

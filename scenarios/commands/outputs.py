@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from models.errors import InputError
+from armtwin.models.errors import InputError
 
 
 def check_out_folder(out: Path) -> None:

@@ -10,14 +10,14 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from models.errors import InputError
-from scenarios.commands.outputs import check_out_folder
-from scenarios.report.line_figures import LABELS
-from scenarios.runner.bench import simulated_bench
-from scenarios.runner.job import Job, alone, open_job
-from scenarios.runner.run import run_stages
-from scenarios.runner.stages import STAGES
-from scenarios.scenario import builtin_scenarios, read_scenario
+from armtwin.models.errors import InputError
+from armtwin.scenarios.commands.outputs import check_out_folder
+from armtwin.scenarios.report.line_figures import LABELS
+from armtwin.scenarios.runner.bench import simulated_bench
+from armtwin.scenarios.runner.job import Job, alone, open_job
+from armtwin.scenarios.runner.run import run_stages
+from armtwin.scenarios.runner.stages import STAGES
+from armtwin.scenarios.scenario import builtin_scenarios, read_scenario
 
 
 def run_command(

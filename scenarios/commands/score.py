@@ -10,10 +10,10 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from models import atomic
-from models.errors import JobError
-from scenarios.scoring.judge import Judgement, label
-from scenarios.scoring.scoring import Score, score, score_table
+from armtwin.models import atomic
+from armtwin.models.errors import JobError
+from armtwin.scenarios.scoring.judge import Judgement, label
+from armtwin.scenarios.scoring.scoring import Score, score, score_table
 
 _CONSIDERED = 3
 

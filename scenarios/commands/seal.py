@@ -9,10 +9,10 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 
-from models.errors import InputError
-from scenarios.commands.outputs import check_out_folder
-from scenarios.scoring.orders import SealOptions
-from scenarios.scoring.sealing import seal
+from armtwin.models.errors import InputError
+from armtwin.scenarios.commands.outputs import check_out_folder
+from armtwin.scenarios.scoring.orders import SealOptions
+from armtwin.scenarios.scoring.sealing import seal
 
 
 def seal_command(

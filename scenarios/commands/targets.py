@@ -7,8 +7,8 @@ from typing import Annotated
 
 import typer
 
-from hardware.targets import write_targets
-from models.errors import InputError
+from armtwin.hardware.targets import write_targets
+from armtwin.models.errors import InputError
 
 
 def targets_command(

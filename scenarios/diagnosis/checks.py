@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.diagnosis.lattice import Lattice, command_lattices
-from models.errors import RecordingError
-from models.recording import Recording
+from armtwin.calib.diagnosis.lattice import Lattice, command_lattices
+from armtwin.models.errors import RecordingError
+from armtwin.models.recording import Recording
 
 Array = NDArray[np.float64]
 

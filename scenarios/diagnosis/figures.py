@@ -9,11 +9,11 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
-from calib.diagnosis.diagnosis import Diagnosis
-from scenarios.diagnosis.ranking import Ranked
-from scenarios.diagnosis.remainder import Remainder
-from scenarios.diagnosis.structure import DIRECTIONS, Look, groups_of
-from scenarios.report.style import COLOURS, figure
+from armtwin.calib.diagnosis.diagnosis import Diagnosis
+from armtwin.scenarios.diagnosis.ranking import Ranked
+from armtwin.scenarios.diagnosis.remainder import Remainder
+from armtwin.scenarios.diagnosis.structure import DIRECTIONS, Look, groups_of
+from armtwin.scenarios.report.style import COLOURS, figure
 
 Array = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from calib.diagnosis.diagnosis import Diagnosis, NamedCause
-from models.effects.predict import Active
-from models.twin import Twin, TwinEffect
+from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause
+from armtwin.models.effects.predict import Active
+from armtwin.models.twin import Twin, TwinEffect
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from calib.diagnosis.candidates import candidate_sites, fit_candidates
-from calib.diagnosis.diagnosis import Diagnosis
-from calib.diagnosis.fit import excess_of
+from armtwin.calib.diagnosis.candidates import candidate_sites, fit_candidates
+from armtwin.calib.diagnosis.diagnosis import Diagnosis
+from armtwin.calib.diagnosis.fit import excess_of
 
 
 @dataclass(frozen=True)

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.diagnosis.diagnosis import Diagnosis
-from calib.diagnosis.fit import Fit
-from calib.diagnosis.holdout import in_millimetres
-from calib.diagnosis.problem import Problem
-from calib.diagnosis.repairs import repair
-from models.effects.predict import marker_points
+from armtwin.calib.diagnosis.diagnosis import Diagnosis
+from armtwin.calib.diagnosis.fit import Fit
+from armtwin.calib.diagnosis.holdout import in_millimetres
+from armtwin.calib.diagnosis.problem import Problem
+from armtwin.calib.diagnosis.repairs import repair
+from armtwin.models.effects.predict import marker_points
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]

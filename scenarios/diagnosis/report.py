@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from calib.diagnosis.diagnosis import Diagnosis
-from scenarios.diagnosis.sections import Story, diagnosis_sections
-from scenarios.diagnosis.words import headline, site_words
-from scenarios.report.page import page
-from scenarios.report.section import number
+from armtwin.calib.diagnosis.diagnosis import Diagnosis
+from armtwin.scenarios.diagnosis.sections import Story, diagnosis_sections
+from armtwin.scenarios.diagnosis.words import headline, site_words
+from armtwin.scenarios.report.page import page
+from armtwin.scenarios.report.section import number
 
 
 def diagnosis_page(name: str, story: Story) -> str:

@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.diagnosis.diagnosis import Diagnosis
-from calib.diagnosis.holdout import in_millimetres
-from calib.diagnosis.problem import Problem
-from models.recording import Recording
-from models.twin import Twin, rebuild
-from models.world import World
-from scenarios.diagnosis.remainder import sightings
-from sim.observe import default_clock, pixels_of
-from sim.physics.simulation import ArmSimulation, simulate
+from armtwin.calib.diagnosis.diagnosis import Diagnosis
+from armtwin.calib.diagnosis.holdout import in_millimetres
+from armtwin.calib.diagnosis.problem import Problem
+from armtwin.models.recording import Recording
+from armtwin.models.twin import Twin, rebuild
+from armtwin.models.world import World
+from armtwin.scenarios.diagnosis.remainder import sightings
+from armtwin.sim.observe import default_clock, pixels_of
+from armtwin.sim.physics.simulation import ArmSimulation, simulate
 
 Array = NDArray[np.float64]
 

@@ -8,16 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from calib.diagnosis.diagnosis import Diagnosis, NamedCause
-from calib.diagnosis.experiment import Experiment
-from calib.diagnosis.structure import Trend
-from scenarios.diagnosis import figures
-from scenarios.diagnosis.ranking import Ranked, rank_causes
-from scenarios.diagnosis.remainder import Remainder, remainder, sightings
-from scenarios.diagnosis.resimulate import Resimulation
-from scenarios.diagnosis.structure import Look, looks
-from scenarios.diagnosis.words import gain, missed, parameter_rows, site_words, what_next, why_tied
-from scenarios.report.section import Cell, Section, fold, number, plot, prose, table, with_std
+from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause
+from armtwin.calib.diagnosis.experiment import Experiment
+from armtwin.calib.diagnosis.structure import Trend
+from armtwin.scenarios.diagnosis import figures
+from armtwin.scenarios.diagnosis.ranking import Ranked, rank_causes
+from armtwin.scenarios.diagnosis.remainder import Remainder, remainder, sightings
+from armtwin.scenarios.diagnosis.resimulate import Resimulation
+from armtwin.scenarios.diagnosis.structure import Look, looks
+from armtwin.scenarios.diagnosis.words import gain, missed, parameter_rows, site_words, what_next, why_tied
+from armtwin.scenarios.report.section import Cell, Section, fold, number, plot, prose, table, with_std
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.diagnosis.diagnosis import Diagnosis
-from scenarios.diagnosis.remainder import Remainder
+from armtwin.calib.diagnosis.diagnosis import Diagnosis
+from armtwin.scenarios.diagnosis.remainder import Remainder
 
 Array = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from scenarios.diagnosis.sections import Story
-from scenarios.diagnosis.words import gain, headline, missed, parameter_rows, site_words, what_next
+from armtwin.scenarios.diagnosis.sections import Story
+from armtwin.scenarios.diagnosis.words import gain, headline, missed, parameter_rows, site_words, what_next
 
 
 def print_summary(console: Console, story: Story) -> None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from calib.diagnosis.diagnosis import Diagnosis, NamedCause
-from calib.diagnosis.experiment import Experiment
-from scenarios.diagnosis.findings import estimates_of
+from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause
+from armtwin.calib.diagnosis.experiment import Experiment
+from armtwin.scenarios.diagnosis.findings import estimates_of
 
 SCHEMA = "armtwin.diagnosis/1"
 

@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from calib.diagnosis.diagnosis import diagnose
-from calib.diagnosis.experiment import propose
-from models.atomic import write_json, write_text
-from models.plan import write_plan
-from models.recording import Recording
-from models.twin import write_twin
-from scenarios.diagnosis.checks import check_recording, notes_on
-from scenarios.diagnosis.files import written_together
-from scenarios.diagnosis.findings import twin_comment, twin_of
-from scenarios.diagnosis.report import diagnosis_page
-from scenarios.diagnosis.resimulate import compare
-from scenarios.diagnosis.sections import Story
-from scenarios.diagnosis.table import diagnosis_table
+from armtwin.calib.diagnosis.diagnosis import diagnose
+from armtwin.calib.diagnosis.experiment import propose
+from armtwin.models.atomic import write_json, write_text
+from armtwin.models.plan import write_plan
+from armtwin.models.recording import Recording
+from armtwin.models.twin import write_twin
+from armtwin.scenarios.diagnosis.checks import check_recording, notes_on
+from armtwin.scenarios.diagnosis.files import written_together
+from armtwin.scenarios.diagnosis.findings import twin_comment, twin_of
+from armtwin.scenarios.diagnosis.report import diagnosis_page
+from armtwin.scenarios.diagnosis.resimulate import compare
+from armtwin.scenarios.diagnosis.sections import Story
+from armtwin.scenarios.diagnosis.table import diagnosis_table
 
 # The poses of the proposed experiment, as a plan that a bench can run.
 NEXT_PLAN = "next_experiment.csv"

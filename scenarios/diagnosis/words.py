@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from calib.diagnosis.diagnosis import Diagnosis, NamedCause
-from calib.diagnosis.experiment import Experiment
-from models.effects.registry import Stage, effect_named
-from scenarios.diagnosis.findings import Estimate, estimates_of
-from scenarios.diagnosis.resimulate import Resimulation
+from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause
+from armtwin.calib.diagnosis.experiment import Experiment
+from armtwin.models.effects.registry import Stage, effect_named
+from armtwin.scenarios.diagnosis.findings import Estimate, estimates_of
+from armtwin.scenarios.diagnosis.resimulate import Resimulation
 
 # Half width of a 95 % interval in standard deviations.
 _Z95 = 1.96

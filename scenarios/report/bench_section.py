@@ -7,12 +7,12 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from calib.markers import identify, paper_stages
-from calib.markers.detect import detect
-from models.recording import Recording
-from scenarios.report.data import RunData
-from scenarios.report.section import Section, fold, gallery, picture, prose, table
-from scenarios.runner.frames import read_frame
+from armtwin.calib.markers import identify, paper_stages
+from armtwin.calib.markers.detect import detect
+from armtwin.models.recording import Recording
+from armtwin.scenarios.report.data import RunData
+from armtwin.scenarios.report.section import Section, fold, gallery, picture, prose, table
+from armtwin.scenarios.runner.frames import read_frame
 
 Image = NDArray[np.uint8]
 

@@ -8,9 +8,9 @@ import numpy as np
 import plotly.graph_objects as go
 from markupsafe import Markup
 
-from scenarios.report.data import RunData
-from scenarios.report.section import Section, number, plot, prose, table
-from scenarios.report.style import COLOURS, figure
+from armtwin.scenarios.report.data import RunData
+from armtwin.scenarios.report.section import Section, number, plot, prose, table
+from armtwin.scenarios.report.style import COLOURS, figure
 
 _SYMBOLS = {
     "delta_l1_mm": "Δl1, mm",

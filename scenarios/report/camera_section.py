@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from scenarios.report.data import RunData
-from scenarios.report.section import Section, gallery, number, plot, table, with_std
-from scenarios.report.style import COLOURS, figure
-from scenarios.runner.frames import read_frame
+from armtwin.scenarios.report.data import RunData
+from armtwin.scenarios.report.section import Section, gallery, number, plot, table, with_std
+from armtwin.scenarios.report.style import COLOURS, figure
+from armtwin.scenarios.runner.frames import read_frame
 
 _SHOWN_VIEWS = 6
 _SYMBOLS = {

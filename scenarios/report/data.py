@@ -8,8 +8,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from models.recording import Recording
-from models.recording_reader import read_recording
+from armtwin.models.recording import Recording
+from armtwin.models.recording_reader import read_recording
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ from typing import Any
 
 from markupsafe import Markup
 
-from models.effects.registry import effect_named
-from scenarios.report.data import RunData
-from scenarios.report.section import Cell, Section, fold, number, prose, table
+from armtwin.models.effects.registry import effect_named
+from armtwin.scenarios.report.data import RunData
+from armtwin.scenarios.report.section import Cell, Section, fold, number, prose, table
 
 # Chapters of the diagnosis' own report that show what is left and what it follows.
 _SHOWN = ("where", "structure")

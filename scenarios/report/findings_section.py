@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import nominal_arm
-from models.kinematics import Deviation, forward, inverse
-from models.trajectories import paper_trajectories
-from scenarios import paper_values as paper
-from scenarios.report.data import RunData
-from scenarios.report.section import Section, number, table
-from scenarios.runner.paper_checks import printed_equation_8_error_mm
+from armtwin.models.arm import nominal_arm
+from armtwin.models.kinematics import Deviation, forward, inverse
+from armtwin.models.trajectories import paper_trajectories
+from armtwin.scenarios import paper_values as paper
+from armtwin.scenarios.report.data import RunData
+from armtwin.scenarios.report.section import Section, number, table
+from armtwin.scenarios.runner.paper_checks import printed_equation_8_error_mm
 
 
 def paper_section(run: RunData) -> Section:

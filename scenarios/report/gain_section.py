@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from scenarios.report.data import RunData
-from scenarios.report.line_figures import LABELS, line_displacements, line_error, line_path
-from scenarios.report.section import Cell, Section, number, plot, prose, table
+from armtwin.scenarios.report.data import RunData
+from armtwin.scenarios.report.line_figures import LABELS, line_displacements, line_error, line_path
+from armtwin.scenarios.report.section import Cell, Section, number, plot, prose, table
 
 
 def gain_section(run: RunData) -> Section:

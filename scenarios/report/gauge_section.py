@@ -6,10 +6,10 @@ from typing import Any
 
 import plotly.graph_objects as go
 
-from scenarios.report.data import RunData
-from scenarios.report.section import Section, gallery, number, plot, table
-from scenarios.report.style import COLOURS, figure
-from scenarios.runner.frames import read_frame
+from armtwin.scenarios.report.data import RunData
+from armtwin.scenarios.report.section import Section, gallery, number, plot, table
+from armtwin.scenarios.report.style import COLOURS, figure
+from armtwin.scenarios.runner.frames import read_frame
 
 _NAMES = {"paper": "paper's detector, here", "subpixel": "sub-pixel, here"}
 _COLOURS = {"paper": COLOURS["paper method"], "subpixel": COLOURS["armtwin"]}

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 from plotly.subplots import make_subplots
 
-from scenarios.report.style import COLOURS, figure
+from armtwin.scenarios.report.style import COLOURS, figure
 
 Array = NDArray[np.float64]
 Runs = Mapping[str, Mapping[str, Any]]

@@ -8,9 +8,9 @@ from pathlib import Path
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
-from scenarios.report.section import Section
-from scenarios.report.style import COLOURS
-from scenarios.report.templates import render
+from armtwin.scenarios.report.section import Section
+from armtwin.scenarios.report.style import COLOURS
+from armtwin.scenarios.report.templates import render
 
 _CSS = Path(__file__).parent / "templates" / "page.css"
 

@@ -12,7 +12,7 @@ import plotly.graph_objects as go
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from scenarios.report.templates import render
+from armtwin.scenarios.report.templates import render
 
 Cell = str | float | int | None
 

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from scenarios.report.bench_section import bench_section
-from scenarios.report.calibration_section import calibration_section
-from scenarios.report.camera_section import camera_section
-from scenarios.report.data import RunData
-from scenarios.report.diagnosis_section import causes_section, remainder_section
-from scenarios.report.findings_section import paper_section
-from scenarios.report.gain_section import gain_section
-from scenarios.report.gauge_section import gauge_section, worst_of
-from scenarios.report.page import page
-from scenarios.report.section import Section, number
-from scenarios.report.trajectory_section import trajectory_section
-from scenarios.report.validation_section import validation_section
+from armtwin.scenarios.report.bench_section import bench_section
+from armtwin.scenarios.report.calibration_section import calibration_section
+from armtwin.scenarios.report.camera_section import camera_section
+from armtwin.scenarios.report.data import RunData
+from armtwin.scenarios.report.diagnosis_section import causes_section, remainder_section
+from armtwin.scenarios.report.findings_section import paper_section
+from armtwin.scenarios.report.gain_section import gain_section
+from armtwin.scenarios.report.gauge_section import gauge_section, worst_of
+from armtwin.scenarios.report.page import page
+from armtwin.scenarios.report.section import Section, number
+from armtwin.scenarios.report.trajectory_section import trajectory_section
+from armtwin.scenarios.report.validation_section import validation_section
 
 SECTIONS: tuple[Callable[[RunData], Section], ...] = (
     bench_section,

@@ -8,10 +8,10 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.subplots import make_subplots
 
-from scenarios.report.data import RunData
-from scenarios.report.section import Section, plot
-from scenarios.report.style import figure
-from scenarios.runner.paper_checks import printed_equation_8_error_mm
+from armtwin.scenarios.report.data import RunData
+from armtwin.scenarios.report.section import Section, plot
+from armtwin.scenarios.report.style import figure
+from armtwin.scenarios.runner.paper_checks import printed_equation_8_error_mm
 
 _TRAJECTORIES = ["#0072b2", "#cc79a7", "#8a8a8a", "#e69f00", "#56b4e9"]
 _JOINTS = ["#0072b2", "#d55e00", "#009e73"]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from scenarios.report.data import RunData
-from scenarios.report.line_figures import LABELS, line_displacements, line_error, line_path
-from scenarios.report.section import Section, number, plot, table
+from armtwin.scenarios.report.data import RunData
+from armtwin.scenarios.report.line_figures import LABELS, line_displacements, line_error, line_path
+from armtwin.scenarios.report.section import Section, number, plot, table
 
 
 def validation_section(run: RunData) -> Section:

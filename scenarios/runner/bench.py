@@ -1,13 +1,13 @@
-"""The bench of a scenario. The stages see `models.bench.Bench`, and what is held before its camera."""
+"""The bench of a scenario. The stages see `armtwin.models.bench.Bench`, and what is held before its camera."""
 
 from __future__ import annotations
 
-from scenarios.runner.picture import generator, sensor_of
-from scenarios.runner.world import build_world
-from scenarios.scenario import ObstacleTable, ScenarioFile
-from sim.bench import SimulatedBench
-from sim.render import Part
-from sim.render.solids import box
+from armtwin.scenarios.runner.picture import generator, sensor_of
+from armtwin.scenarios.runner.world import build_world
+from armtwin.scenarios.scenario import ObstacleTable, ScenarioFile
+from armtwin.sim.bench import SimulatedBench
+from armtwin.sim.render import Part
+from armtwin.sim.render.solids import box
 
 
 def simulated_bench(

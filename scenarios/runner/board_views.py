@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from models.camera import Camera, project
+from armtwin.models.camera import Camera, project
 
 Array = NDArray[np.float64]
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from calib.arm import algorithm_1, least_squares
-from scenarios.runner.job import Job
-from scenarios.runner.measure import recorded
-from scenarios.runner.progress import Tick
-from scenarios.scenario import ScenarioFile
+from armtwin.calib.arm import algorithm_1, least_squares
+from armtwin.scenarios.runner.job import Job
+from armtwin.scenarios.runner.measure import recorded
+from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.scenario import ScenarioFile
 
 METHODS = {"algorithm-1": algorithm_1.calibrate, "least-squares": least_squares.calibrate}
 

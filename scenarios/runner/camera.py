@@ -7,20 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from calib.camera import Board, Corners, calibrate_camera, find_corners
-from models.atomic import folder_aside
-from models.camera import Camera
-from models.camera_files import nominal_camera, write_camera
-from models.recording_reader import camera_from_table
-from models.recording_writer import camera_table
-from models.validation import CameraTable, check
-from scenarios.runner.bench import simulated_bench
-from scenarios.runner.board_views import board_poses
-from scenarios.runner.frames import read_frame, write_frame
-from scenarios.runner.job import Job
-from scenarios.runner.picture import generator
-from scenarios.runner.progress import Tick
-from scenarios.runner.world import true_camera
+from armtwin.calib.camera import Board, Corners, calibrate_camera, find_corners
+from armtwin.models.atomic import folder_aside
+from armtwin.models.camera import Camera
+from armtwin.models.camera_files import nominal_camera, write_camera
+from armtwin.models.recording_reader import camera_from_table
+from armtwin.models.recording_writer import camera_table
+from armtwin.models.validation import CameraTable, check
+from armtwin.scenarios.runner.bench import simulated_bench
+from armtwin.scenarios.runner.board_views import board_poses
+from armtwin.scenarios.runner.frames import read_frame, write_frame
+from armtwin.scenarios.runner.job import Job
+from armtwin.scenarios.runner.picture import generator
+from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.world import true_camera
 
 # 10 columns x 7 rows of 23 mm squares (section 5.1): 9 x 6 inner corners.
 BOARD = Board(columns=9, rows=6, square_mm=23.0)

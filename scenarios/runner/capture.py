@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from models.atomic import folder_aside
-from models.bench import Bench
-from models.kinematics import Deviation, inverse
-from scenarios.runner.bench import simulated_bench
-from scenarios.runner.frames import Image, write_frame
-from scenarios.runner.job import Job
-from scenarios.runner.progress import Tick
-from scenarios.runner.world import declared_arm
-from scenarios.scenario import ScenarioFile
+from armtwin.models.atomic import folder_aside
+from armtwin.models.bench import Bench
+from armtwin.models.kinematics import Deviation, inverse
+from armtwin.scenarios.runner.bench import simulated_bench
+from armtwin.scenarios.runner.frames import Image, write_frame
+from armtwin.scenarios.runner.job import Job
+from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.world import declared_arm
+from armtwin.scenarios.scenario import ScenarioFile
 
 Array = NDArray[np.float64]
 

@@ -9,20 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from calib.diagnosis.diagnosis import Diagnosis, NamedCause
-from models.camera import Camera
-from models.effects.correct import Correction, corrected_commands
-from models.effects.predict import camera_path
-from models.recording_writer import camera_table
-from scenarios.diagnosis.findings import estimates_of
-from scenarios.diagnosis.sections import Story, diagnosis_sections
-from scenarios.diagnosis.table import diagnosis_table
-from scenarios.diagnosis.whole import story_of, write_story
-from scenarios.diagnosis.words import gain, headline, missed, why_tied
-from scenarios.report.section import Section
-from scenarios.runner.job import Job
-from scenarios.runner.measure import recorded
-from scenarios.runner.progress import Tick
+from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause
+from armtwin.models.camera import Camera
+from armtwin.models.effects.correct import Correction, corrected_commands
+from armtwin.models.effects.predict import camera_path
+from armtwin.models.recording_writer import camera_table
+from armtwin.scenarios.diagnosis.findings import estimates_of
+from armtwin.scenarios.diagnosis.sections import Story, diagnosis_sections
+from armtwin.scenarios.diagnosis.table import diagnosis_table
+from armtwin.scenarios.diagnosis.whole import story_of, write_story
+from armtwin.scenarios.diagnosis.words import gain, headline, missed, why_tied
+from armtwin.scenarios.report.section import Section
+from armtwin.scenarios.runner.job import Job
+from armtwin.scenarios.runner.measure import recorded
+from armtwin.scenarios.runner.progress import Tick
 
 Array = NDArray[np.float64]
 

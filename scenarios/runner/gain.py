@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from models.recording_reader import camera_from_table
-from models.validation import CameraTable, check
-from scenarios import paper_values as paper
-from scenarios.runner.job import Job
-from scenarios.runner.measure import recorded
-from scenarios.runner.progress import Tick
-from scenarios.runner.validation import line_run, true_tip
+from armtwin.models.recording_reader import camera_from_table
+from armtwin.models.validation import CameraTable, check
+from armtwin.scenarios import paper_values as paper
+from armtwin.scenarios.runner.job import Job
+from armtwin.scenarios.runner.measure import recorded
+from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.validation import line_run, true_tip
 
 Array = NDArray[np.float64]
 

@@ -12,20 +12,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.gauges import PAPER_TABLE_3, evaluate, measure_gauges
-from calib.markers import Method
-from models.atomic import folder_aside
-from models.camera import back_project
-from scenarios.runner.bench import simulated_bench
-from scenarios.runner.camera import calibrated_camera
-from scenarios.runner.frames import Image, write_frame
-from scenarios.runner.job import Job
-from scenarios.runner.picture import generator
-from scenarios.runner.progress import Tick
-from scenarios.runner.world import true_camera
-from scenarios.scenario import ScenarioFile
-from sim.bench import SimulatedBench
-from sim.render import gauge_disc_radius_mm
+from armtwin.calib.gauges import PAPER_TABLE_3, evaluate, measure_gauges
+from armtwin.calib.markers import Method
+from armtwin.models.atomic import folder_aside
+from armtwin.models.camera import back_project
+from armtwin.scenarios.runner.bench import simulated_bench
+from armtwin.scenarios.runner.camera import calibrated_camera
+from armtwin.scenarios.runner.frames import Image, write_frame
+from armtwin.scenarios.runner.job import Job
+from armtwin.scenarios.runner.picture import generator
+from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.world import true_camera
+from armtwin.scenarios.scenario import ScenarioFile
+from armtwin.sim.bench import SimulatedBench
+from armtwin.sim.render import gauge_disc_radius_mm
 
 Array = NDArray[np.float64]
 

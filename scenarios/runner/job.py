@@ -10,10 +10,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from models import atomic
-from models.errors import InputError
-from models.folder_lock import only_writer
-from scenarios.scenario import ScenarioFile, check_scenario
+from armtwin.models import atomic
+from armtwin.models.errors import InputError
+from armtwin.models.folder_lock import only_writer
+from armtwin.scenarios.scenario import ScenarioFile, check_scenario
 
 
 @dataclass(frozen=True)

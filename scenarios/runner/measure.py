@@ -8,18 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from calib.markers import MarkerReading, measure_frames, with_markers
-from models.errors import RecordingError
-from models.recording import Recording, make_samples
-from models.recording_reader import read_recording
-from models.recording_writer import write_recording
-from scenarios.runner.camera import calibrated_camera
-from scenarios.runner.capture import samples_before
-from scenarios.runner.job import Job
-from scenarios.runner.picture import generator
-from scenarios.runner.progress import Tick
-from scenarios.runner.world import build_world, declared_arm
-from scenarios.scenario import ScenarioFile
+from armtwin.calib.markers import MarkerReading, measure_frames, with_markers
+from armtwin.models.errors import RecordingError
+from armtwin.models.recording import Recording, make_samples
+from armtwin.models.recording_reader import read_recording
+from armtwin.models.recording_writer import write_recording
+from armtwin.scenarios.runner.camera import calibrated_camera
+from armtwin.scenarios.runner.capture import samples_before
+from armtwin.scenarios.runner.job import Job
+from armtwin.scenarios.runner.picture import generator
+from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.world import build_world, declared_arm
+from armtwin.scenarios.scenario import ScenarioFile
 
 
 def measure_before(job: Job, tick: Tick) -> dict[str, Any]:

@@ -7,11 +7,11 @@ from typing import Any
 
 from scipy.spatial.transform import Rotation
 
-from models.camera import Camera
-from scenarios.runner.camera import calibrated_camera
-from scenarios.runner.job import Job
-from scenarios.runner.truth import truth_table
-from scenarios.runner.world import true_camera
+from armtwin.models.camera import Camera
+from armtwin.scenarios.runner.camera import calibrated_camera
+from armtwin.scenarios.runner.job import Job
+from armtwin.scenarios.runner.truth import truth_table
+from armtwin.scenarios.runner.world import true_camera
 
 _KEY = ("effect", "joint", "marker")
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.arm import nominal_arm
-from models.kinematics import forward
-from models.trajectories import paper_trajectories
+from armtwin.models.arm import nominal_arm
+from armtwin.models.kinematics import forward
+from armtwin.models.trajectories import paper_trajectories
 
 
 def printed_equation_8_error_mm() -> float:

@@ -6,8 +6,8 @@ import zlib
 
 import numpy as np
 
-from scenarios.scenario import ScenarioFile
-from sim.sensor import Sensor
+from armtwin.scenarios.scenario import ScenarioFile
+from armtwin.sim.sensor import Sensor
 
 
 def sensor_of(scenario: ScenarioFile) -> Sensor:

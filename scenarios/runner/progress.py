@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from scenarios.runner.job import Job
+from armtwin.scenarios.runner.job import Job
 
 # Reports how much of a stage is done: (done, total).
 Tick = Callable[[int, int], None]

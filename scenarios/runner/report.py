@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from models import atomic
-from scenarios.report.data import RunData
-from scenarios.report.sections import run_report
-from scenarios.runner.job import Job
-from scenarios.runner.progress import Tick
+from armtwin.models import atomic
+from armtwin.scenarios.report.data import RunData
+from armtwin.scenarios.report.sections import run_report
+from armtwin.scenarios.runner.job import Job
+from armtwin.scenarios.runner.progress import Tick
 
 
 def write_report(job: Job, tick: Tick) -> dict[str, Any]:

@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.arm.chain import Chain
-from models import atomic
-from models.recording_reader import camera_from_table
-from models.validation import CameraTable, check
-from scenarios import paper_values as paper
-from scenarios.runner.job import Job
-from scenarios.runner.named import diagnosis_results
-from scenarios.runner.progress import Tick
-from scenarios.runner.truth import truth_table
-from scenarios.runner.world import declared_arm, true_camera, true_deviation
+from armtwin.calib.arm.chain import Chain
+from armtwin.models import atomic
+from armtwin.models.recording_reader import camera_from_table
+from armtwin.models.validation import CameraTable, check
+from armtwin.scenarios import paper_values as paper
+from armtwin.scenarios.runner.job import Job
+from armtwin.scenarios.runner.named import diagnosis_results
+from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.truth import truth_table
+from armtwin.scenarios.runner.world import declared_arm, true_camera, true_deviation
 
 Array = NDArray[np.float64]
 

@@ -13,10 +13,10 @@ from multiprocessing.process import BaseProcess
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
-from models.errors import InputError, JobError
-from scenarios.runner.job import Job
-from scenarios.runner.progress import Work
-from scenarios.runner.worker import serve
+from armtwin.models.errors import InputError, JobError
+from armtwin.scenarios.runner.job import Job
+from armtwin.scenarios.runner.progress import Work
+from armtwin.scenarios.runner.worker import serve
 
 # One thread a worker: results then do not depend on how sums are split over threads.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "LP_NUM_THREADS"), "1")

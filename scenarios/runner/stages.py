@@ -2,8 +2,19 @@
 
 from __future__ import annotations
 
-from scenarios.runner import calibration, camera, capture, diagnosis, gain, gauges, measure, report, results, validation
-from scenarios.runner.run import Stage
+from armtwin.scenarios.runner import (
+    calibration,
+    camera,
+    capture,
+    diagnosis,
+    gain,
+    gauges,
+    measure,
+    report,
+    results,
+    validation,
+)
+from armtwin.scenarios.runner.run import Stage
 
 STAGES: dict[str, Stage] = {
     "capture_before": Stage("Trajectories", (), capture.capture_before),

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from models.kinematics import Deviation
-from models.recording_writer import camera_table
-from scenarios.runner.world import declared_arm, true_camera, true_deviation
-from scenarios.scenario import ScenarioFile
+from armtwin.models.kinematics import Deviation
+from armtwin.models.recording_writer import camera_table
+from armtwin.scenarios.runner.world import declared_arm, true_camera, true_deviation
+from armtwin.scenarios.scenario import ScenarioFile
 
 SCHEMA = "armtwin.truth/1"
 

@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.arm.algorithm_1 import measured_tip
-from models.recording import Recording
-from scenarios.runner.capture import samples_before
-from scenarios.runner.job import Job
-from scenarios.runner.measure import recorded
-from scenarios.runner.progress import Tick
-from scenarios.runner.world import build_world
-from sim.physics.simulation import simulate
+from armtwin.calib.arm.algorithm_1 import measured_tip
+from armtwin.models.recording import Recording
+from armtwin.scenarios.runner.capture import samples_before
+from armtwin.scenarios.runner.job import Job
+from armtwin.scenarios.runner.measure import recorded
+from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.world import build_world
+from armtwin.sim.physics.simulation import simulate
 
 Array = NDArray[np.float64]
 

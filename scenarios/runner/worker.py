@@ -13,18 +13,18 @@ from pathlib import Path
 
 import cv2
 
-from models import atomic
-from models.errors import ArmtwinError
-from scenarios.processes import end_with_parent
-from scenarios.runner.job import Job
-from scenarios.runner.progress import Tick, Work
+from armtwin.models import atomic
+from armtwin.models.errors import ArmtwinError
+from armtwin.scenarios.processes import end_with_parent
+from armtwin.scenarios.runner.job import Job
+from armtwin.scenarios.runner.progress import Tick, Work
 
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT}
 
 
 def serve(pipe: Connection, out: Path) -> None:
     """Do the stages whose names come through `pipe` until it closes."""
-    from scenarios.runner.stages import STAGES
+    from armtwin.scenarios.runner.stages import STAGES
 
     end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears Ctrl-C and ends its workers

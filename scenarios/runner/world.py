@@ -7,14 +7,14 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from models.arm import Arm, nominal_arm
-from models.camera import Camera
-from models.camera_files import nominal_camera
-from models.effects.injection import later
-from models.effects.registry import effect_named
-from models.kinematics import Deviation
-from models.world import World, ideal_world
-from scenarios.scenario import ScenarioFile
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.camera import Camera
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.effects.injection import later
+from armtwin.models.effects.registry import effect_named
+from armtwin.models.kinematics import Deviation
+from armtwin.models.world import World, ideal_world
+from armtwin.scenarios.scenario import ScenarioFile
 
 
 def declared_arm(scenario: ScenarioFile) -> Arm:

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from models.arm import Arm
-from scenarios.scoring.judge import INTERVAL
+from armtwin.models.arm import Arm
+from armtwin.scenarios.scoring.judge import INTERVAL
 
 
 def true_geometry(arm: Arm, truth: Mapping[str, Any]) -> dict[str, float]:

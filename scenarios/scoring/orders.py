@@ -14,10 +14,10 @@ import numpy as np
 from numpy.random import Generator
 from pydantic import Field
 
-from models.effects.registry import catalogue
-from models.errors import InputError, nearest, shown
-from models.validation import FROM_LIST, Strict
-from sim.sealed import EFFECTS, STRENGTHS, Sealed, Strength
+from armtwin.models.effects.registry import catalogue
+from armtwin.models.errors import InputError, nearest, shown
+from armtwin.models.validation import FROM_LIST, Strict
+from armtwin.sim.sealed import EFFECTS, STRENGTHS, Sealed, Strength
 
 Kind = Literal["null", "single", "pair", "uncatalogued"]
 

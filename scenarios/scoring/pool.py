@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from typing import TypeVar
 
-from scenarios.processes import end_with_parent
+from armtwin.scenarios.processes import end_with_parent
 
 Key = TypeVar("Key")
 Task = TypeVar("Task")

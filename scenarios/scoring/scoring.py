@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from models.arm import nominal_arm
-from models.errors import InputError
-from scenarios.scoring.geometry import geometry_covered
-from scenarios.scoring.judge import Judgement, judge, name_said
-from scenarios.scoring.outcome import Task, code_version, diagnose_world, kept_outcome
-from scenarios.scoring.pool import in_processes
-from scenarios.scoring.sealing import read_truth, world_folder
-from scenarios.scoring.summary import as_table, confusion, coverage_by_parameter, held_out_figures, rates
+from armtwin.models.arm import nominal_arm
+from armtwin.models.errors import InputError
+from armtwin.scenarios.scoring.geometry import geometry_covered
+from armtwin.scenarios.scoring.judge import Judgement, judge, name_said
+from armtwin.scenarios.scoring.outcome import Task, code_version, diagnose_world, kept_outcome
+from armtwin.scenarios.scoring.pool import in_processes
+from armtwin.scenarios.scoring.sealing import read_truth, world_folder
+from armtwin.scenarios.scoring.summary import as_table, confusion, coverage_by_parameter, held_out_figures, rates
 
 SCHEMA = "armtwin.score/1"
 

@@ -13,19 +13,19 @@ import cv2
 import numpy as np
 from pydantic import BaseModel
 
-from calib.markers import measure_recording
-from models import atomic
-from models.errors import InputError, JobError
-from models.folder_lock import only_writer
-from models.recording import Recording
-from models.recording_writer import write_recording
-from models.validation import Finite, Positive, check
-from models.world import World
-from scenarios.scoring.orders import Kind, Order, SealOptions, load_uncatalogued, orders
-from scenarios.scoring.pool import in_processes
-from sim.bench import SimulatedBench
-from sim.observe import POSE_PERIOD_S
-from sim.sealed import STRENGTHS, Sealed, draw_world
+from armtwin.calib.markers import measure_recording
+from armtwin.models import atomic
+from armtwin.models.errors import InputError, JobError
+from armtwin.models.folder_lock import only_writer
+from armtwin.models.recording import Recording
+from armtwin.models.recording_writer import write_recording
+from armtwin.models.validation import Finite, Positive, check
+from armtwin.models.world import World
+from armtwin.scenarios.scoring.orders import Kind, Order, SealOptions, load_uncatalogued, orders
+from armtwin.scenarios.scoring.pool import in_processes
+from armtwin.sim.bench import SimulatedBench
+from armtwin.sim.observe import POSE_PERIOD_S
+from armtwin.sim.sealed import STRENGTHS, Sealed, draw_world
 
 SCHEMA = "armtwin.sealed/1"
 _MOST_DIGITS = 9

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from scenarios.scoring.judge import Judgement
+from armtwin.scenarios.scoring.judge import Judgement
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from models.mjcf import add_tip_mass, build_arm
-from models.units import MM_PER_M
-from models.world import Command, World
+from armtwin.models.mjcf import add_tip_mass, build_arm
+from armtwin.models.units import MM_PER_M
+from armtwin.models.world import Command, World
 
 Array = NDArray[np.float64]
 

@@ -20,10 +20,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from models.errors import InputError
-from sim.render.parts import Colour, Part
-from sim.render.solids import bar, box, circle, extrusion
-from sim.render.stickers import disc
+from armtwin.models.errors import InputError
+from armtwin.sim.render.parts import Colour, Part
+from armtwin.sim.render.solids import bar, box, circle, extrusion
+from armtwin.sim.render.stickers import disc
 
 Array = NDArray[np.float64]
 

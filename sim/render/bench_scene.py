@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from models.errors import InputError
-from sim.render.parts import Colour, Part
-from sim.render.solids import EDGE_MM, box, circle, extrusion, grid, plate, steps, translation
-from sim.render.stickers import BLACK, WHITE, chessboard, disc
+from armtwin.models.errors import InputError
+from armtwin.sim.render.parts import Colour, Part
+from armtwin.sim.render.solids import EDGE_MM, box, circle, extrusion, grid, plate, steps, translation
+from armtwin.sim.render.stickers import BLACK, WHITE, chessboard, disc
 
 Array = NDArray[np.float64]
 

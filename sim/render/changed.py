@@ -8,8 +8,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from models.camera import Camera, project
-from sim.render.solids import steps
+from armtwin.models.camera import Camera, project
+from armtwin.sim.render.solids import steps
 
 Array = NDArray[np.float64]
 

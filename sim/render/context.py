@@ -14,7 +14,7 @@ import ctypes.util
 import os
 from typing import Literal, Protocol
 
-from models.errors import JobError
+from armtwin.models.errors import JobError
 
 _EGL_PLATFORM_DEVICE_EXT = 0x313F  # registry of the extension EGL_EXT_platform_device
 _MISSING = (

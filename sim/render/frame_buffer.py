@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from OpenGL import GL
 
-from models.errors import JobError
+from armtwin.models.errors import JobError
 
 
 class Box(NamedTuple):

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from models.camera import Camera, normalise
-from models.errors import InputError
+from armtwin.models.camera import Camera, normalise
+from armtwin.models.errors import InputError
 
 Array = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from models.errors import InputError
-from sim.render.parts import Colour, Part
+from armtwin.models.errors import InputError
+from armtwin.sim.render.parts import Colour, Part
 
 Array = NDArray[np.float64]
 

@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from OpenGL import GL
 
-from models.errors import InputError
-from sim.render.frame_buffer import Box, FrameBuffer
-from sim.render.lens import Lens
-from sim.render.light import Light, Shadow
-from sim.render.parts import Part, merge
-from sim.render.program import MAX_BODIES, Drawing, LensProgram
+from armtwin.models.errors import InputError
+from armtwin.sim.render.frame_buffer import Box, FrameBuffer
+from armtwin.sim.render.lens import Lens
+from armtwin.sim.render.light import Light, Shadow
+from armtwin.sim.render.parts import Part, merge
+from armtwin.sim.render.program import MAX_BODIES, Drawing, LensProgram
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]

@@ -9,7 +9,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from models.errors import InputError
+from armtwin.models.errors import InputError
 
 Array = NDArray[np.float64]
 Colour = tuple[float, float, float]  # red, green, blue reflectance, linear, 0 to 1

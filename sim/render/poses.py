@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from models.frames import R_ROBOT_BOARD
-from sim.render.arm_scene import tip_in_last_link
-from sim.render.solids import translation
+from armtwin.models.frames import R_ROBOT_BOARD
+from armtwin.sim.render.arm_scene import tip_in_last_link
+from armtwin.sim.render.solids import translation
 
 Array = NDArray[np.float64]
 

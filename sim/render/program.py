@@ -10,8 +10,8 @@ from OpenGL import GL
 from pyrender.primitive import Primitive
 from pyrender.shader_program import ShaderProgram
 
-from sim.render.lens import Lens
-from sim.render.parts import Buffers, Colour
+from armtwin.sim.render.lens import Lens
+from armtwin.sim.render.parts import Buffers, Colour
 
 Array = NDArray[np.float64]
 

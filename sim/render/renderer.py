@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from models.camera import Camera
-from models.errors import InputError
-from sim.render.changed import covered_box, outline
-from sim.render.context import create_context
-from sim.render.lens import lens_of
-from sim.render.light import Light, shadow_on
-from sim.render.parts import Part
+from armtwin.models.camera import Camera
+from armtwin.models.errors import InputError
+from armtwin.sim.render.changed import covered_box, outline
+from armtwin.sim.render.context import create_context
+from armtwin.sim.render.lens import lens_of
+from armtwin.sim.render.light import Light, shadow_on
+from armtwin.sim.render.parts import Part
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -58,7 +58,7 @@ class LensRenderer:
         self._bodies = sorted({p.body for p in parts if p.body is not None})
         self._outlines = [(self._bodies.index(p.body), outline(p.mesh)) for p in parts if p.body is not None]
         self._context = create_context()
-        from sim.render.painter import Painter  # binds PyOpenGL, which must know its platform by then
+        from armtwin.sim.render.painter import Painter  # binds PyOpenGL, which must know its platform by then
 
         self._painter = Painter(
             (camera.image_width, camera.image_height), supersampling, parts, self._bodies, background

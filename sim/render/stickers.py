@@ -6,8 +6,8 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from sim.render.parts import Colour, Ink, Part
-from sim.render.solids import EDGE_MM, circle, grid, joined, steps
+from armtwin.sim.render.parts import Colour, Ink, Part
+from armtwin.sim.render.solids import EDGE_MM, circle, grid, joined, steps
 
 Array = NDArray[np.float64]
 

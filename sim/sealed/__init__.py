@@ -1,8 +1,8 @@
 """Sealed worlds: recordings with a hidden effect and the truth about them, made by the physical simulation."""
 
-from sim.sealed.displacement import Scene, moved_px
-from sim.sealed.draw import STRENGTHS, Sealed, Strength, bench_of, draw_world, hide, record, scale, truth_of
-from sim.sealed.ranges import EFFECTS
+from armtwin.sim.sealed.displacement import Scene, moved_px
+from armtwin.sim.sealed.draw import STRENGTHS, Sealed, Strength, bench_of, draw_world, hide, record, scale, truth_of
+from armtwin.sim.sealed.ranges import EFFECTS
 
 __all__ = [
     "EFFECTS",

@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from models.camera import project
-from models.frames import robot_to_board
-from models.kinematics import Deviation, marker_positions
-from models.plan import Plan
-from models.world import World
-from sim.observe import pixels_of
-from sim.physics.simulation import simulate
-from sim.sealed.ranges import Situation
+from armtwin.models.camera import project
+from armtwin.models.frames import robot_to_board
+from armtwin.models.kinematics import Deviation, marker_positions
+from armtwin.models.plan import Plan
+from armtwin.models.world import World
+from armtwin.sim.observe import pixels_of
+from armtwin.sim.physics.simulation import simulate
+from armtwin.sim.sealed.ranges import Situation
 
 Array = NDArray[np.float64]
 

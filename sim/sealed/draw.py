@@ -10,17 +10,17 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from models.arm import NOMINAL, Arm, nominal_arm
-from models.camera_files import read_camera
-from models.effects.registry import effect_named
-from models.errors import JobError
-from models.kinematics import Deviation
-from models.recording import Recording
-from models.world import World, ideal_world
-from sim.observe import make_recording
-from sim.sealed.displacement import Scene, moved_px
-from sim.sealed.plans import draw_plan
-from sim.sealed.ranges import GAUGE, NEEDS_GRAVITY, NEEDS_MARKERS, NEEDS_TIME, Hidden, draw_hidden
+from armtwin.models.arm import NOMINAL, Arm, nominal_arm
+from armtwin.models.camera_files import read_camera
+from armtwin.models.effects.registry import effect_named
+from armtwin.models.errors import JobError
+from armtwin.models.kinematics import Deviation
+from armtwin.models.recording import Recording
+from armtwin.models.world import World, ideal_world
+from armtwin.sim.observe import make_recording
+from armtwin.sim.sealed.displacement import Scene, moved_px
+from armtwin.sim.sealed.plans import draw_plan
+from armtwin.sim.sealed.ranges import GAUGE, NEEDS_GRAVITY, NEEDS_MARKERS, NEEDS_TIME, Hidden, draw_hidden
 
 Array = NDArray[np.float64]
 Strength = Literal["weak", "medium", "strong"]

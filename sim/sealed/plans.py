@@ -8,11 +8,11 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from models.arm import Arm
-from models.errors import UnreachablePoseError
-from models.kinematics import inverse
-from models.plan import Plan, plan_of
-from models.trajectories import circle, line
+from armtwin.models.arm import Arm
+from armtwin.models.errors import UnreachablePoseError
+from armtwin.models.kinematics import inverse
+from armtwin.models.plan import Plan, plan_of
+from armtwin.models.trajectories import circle, line
 
 Array = NDArray[np.float64]
 

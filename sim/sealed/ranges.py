@@ -14,7 +14,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from models.arm import Arm
+from armtwin.models.arm import Arm
 
 Array = NDArray[np.float64]
 

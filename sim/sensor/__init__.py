@@ -1,5 +1,5 @@
 """The webcam's sensor: `expose(linear_image, Sensor(...), rng)` turns light into a noisy 8-bit picture."""
 
-from sim.sensor.sensor import IDEAL, Sensor, expose
+from armtwin.sim.sensor.sensor import IDEAL, Sensor, expose
 
 __all__ = ["IDEAL", "Sensor", "expose"]

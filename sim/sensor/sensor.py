@@ -18,7 +18,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
-from models.errors import InputError
+from armtwin.models.errors import InputError
 
 Linear = NDArray[np.float32]
 Image = NDArray[np.uint8]

@@ -18,14 +18,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from calib.arm import algorithm_1, least_squares
-from models.arm import nominal_arm
-from models.camera import project
-from models.camera_files import read_camera
-from models.frames import robot_to_board
-from models.kinematics import Deviation, inverse, marker_positions
-from models.recording import Recording
-from models.trajectories import paper_trajectories
+from armtwin.calib.arm import algorithm_1, least_squares
+from armtwin.models.arm import nominal_arm
+from armtwin.models.camera import project
+from armtwin.models.camera_files import read_camera
+from armtwin.models.frames import robot_to_board
+from armtwin.models.kinematics import Deviation, inverse, marker_positions
+from armtwin.models.recording import Recording
+from armtwin.models.trajectories import paper_trajectories
 
 TARGET_MS = 5.0
 REPEATS = 200

@@ -20,13 +20,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from hardware.bench_file import read_bench
-from hardware.capture_folder import CaptureFolder
-from hardware.hardware_bench import HardwareBench
-from models import atomic
-from models.bench import Frame
-from models.plan import Plan, paper_plan
-from scenarios.emulated_bench import EmulatedBench
+from armtwin.hardware.bench_file import read_bench
+from armtwin.hardware.capture_folder import CaptureFolder
+from armtwin.hardware.hardware_bench import HardwareBench
+from armtwin.models import atomic
+from armtwin.models.bench import Frame
+from armtwin.models.plan import Plan, paper_plan
+from armtwin.scenarios.emulated_bench import EmulatedBench
 
 
 class TimedBench(HardwareBench):

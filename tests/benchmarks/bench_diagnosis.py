@@ -21,11 +21,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import numpy as np
 
-from calib.diagnosis.diagnosis import Diagnosis, diagnose
-from calib.diagnosis.experiment import propose
-from models.effects.registry import catalogue
-from models.recording import Recording
-from sim.sealed import draw_world
+from armtwin.calib.diagnosis.diagnosis import Diagnosis, diagnose
+from armtwin.calib.diagnosis.experiment import propose
+from armtwin.models.effects.registry import catalogue
+from armtwin.models.recording import Recording
+from armtwin.sim.sealed import draw_world
 
 ROOT = Path(__file__).resolve().parents[2]
 TARGET_S = 10.0

@@ -10,8 +10,8 @@ import time
 
 import numpy as np
 
-from hardware.emulator import FirmwareEmulator
-from hardware.link import ServoLink
+from armtwin.hardware.emulator import FirmwareEmulator
+from armtwin.hardware.link import ServoLink
 
 
 def acknowledgement_s(moves: int, seed: int) -> np.ndarray:

@@ -22,18 +22,18 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.markers import DetectorConfig, Method, centre_bound, detect, identify
-from models.arm import nominal_arm
-from models.camera import project
-from models.camera_files import nominal_camera
-from models.frames import robot_to_board
-from models.kinematics import inverse, marker_positions
-from models.trajectories import circle
-from sim.render.arm_scene import arm_parts
-from sim.render.bench_scene import clutter_parts, panel_parts
-from sim.render.poses import planar_arm_poses, robot_bodies_on_board
-from sim.render.renderer import LensRenderer
-from sim.sensor.sensor import Sensor, expose
+from armtwin.calib.markers import DetectorConfig, Method, centre_bound, detect, identify
+from armtwin.models.arm import nominal_arm
+from armtwin.models.camera import project
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.frames import robot_to_board
+from armtwin.models.kinematics import inverse, marker_positions
+from armtwin.models.trajectories import circle
+from armtwin.sim.render.arm_scene import arm_parts
+from armtwin.sim.render.bench_scene import clutter_parts, panel_parts
+from armtwin.sim.render.poses import planar_arm_poses, robot_bodies_on_board
+from armtwin.sim.render.renderer import LensRenderer
+from armtwin.sim.sensor.sensor import Sensor, expose
 from tests.support.discs import FACE, GROUND, PLANE_MM, draw_discs, places_of, take, true_pixels
 
 Array = NDArray[np.float64]

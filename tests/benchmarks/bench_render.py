@@ -27,8 +27,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from models.camera import Camera, back_project
-from sim.render import LensRenderer, Part, arm_parts, panel_parts, planar_arm_poses, robot_bodies_on_board
+from armtwin.models.camera import Camera, back_project
+from armtwin.sim.render import LensRenderer, Part, arm_parts, panel_parts, planar_arm_poses, robot_bodies_on_board
 
 Array = NDArray[np.float64]
 

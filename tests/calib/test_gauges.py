@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from calib.gauges import PAPER_TABLE_3, evaluate, measure_gauge, measure_gauges
-from models.camera import Camera
-from models.camera_files import nominal_camera
-from models.errors import InputError
+from armtwin.calib.gauges import PAPER_TABLE_3, evaluate, measure_gauge, measure_gauges
+from armtwin.models.camera import Camera
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.errors import InputError
 from tests.support.discs import PLANE_MM, Image, draw_discs, places_of, take
 
 Array = NDArray[np.float64]

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-import hardware
-from hardware.bench_check import judge_joint, judge_zeros
-from hardware.bench_file import BenchSetup, read_bench
+import armtwin.hardware
+from armtwin.hardware.bench_check import judge_joint, judge_zeros
+from armtwin.hardware.bench_file import BenchSetup, read_bench
 
 
 def test_a_joint_that_does_as_told_is_good(setup: BenchSetup):
@@ -64,7 +64,7 @@ def test_small_zero_offsets_are_left_to_the_calibration(setup: BenchSetup):
 
 
 def test_the_guide_shows_what_is_said_of_its_own_bench_file(write_bench: Callable[[dict[str, Any]], Path]):
-    guide = Path(hardware.__file__).parent
+    guide = Path(armtwin.hardware.__file__).parent
     setup = read_bench(write_bench(tomllib.loads((guide / "guide" / "bench.toml").read_text("utf-8"))))
     findings = [
         judge_joint(setup, 0, np.array([1.01, 0.0, 0.0])),

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import tomli_w
 
-from hardware.bench_file import BenchSetup, read_bench
-from models.camera import Camera
-from models.camera_files import nominal_camera, write_camera
-from models.errors import InputError
+from armtwin.hardware.bench_file import BenchSetup, read_bench
+from armtwin.models.camera import Camera
+from armtwin.models.camera_files import nominal_camera, write_camera
+from armtwin.models.errors import InputError
 
 Write = Callable[[dict[str, Any]], Path]
 

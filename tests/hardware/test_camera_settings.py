@@ -3,9 +3,9 @@
 import cv2
 import pytest
 
-from hardware.bench_tables import CameraSettings
-from hardware.camera_settings import apply_settings, refuse_mismatch
-from models.errors import InputError
+from armtwin.hardware.bench_tables import CameraSettings
+from armtwin.hardware.camera_settings import apply_settings, refuse_mismatch
+from armtwin.models.errors import InputError
 
 WANTED = CameraSettings(
     source="/dev/video0",

@@ -10,15 +10,15 @@ import cv2
 import numpy as np
 import pytest
 
-from hardware.capture_folder import CaptureFolder
-from hardware.servo_map import ServoMap
-from models.arm import Arm, nominal_arm
-from models.bench import Frame
-from models.camera_files import nominal_camera
-from models.errors import InputError, JobError, RecordingError
-from models.plan import Plan
-from models.recording_reader import read_recording
-from models.recording_writer import write_recording
+from armtwin.hardware.capture_folder import CaptureFolder
+from armtwin.hardware.servo_map import ServoMap
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.bench import Frame
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.errors import InputError, JobError, RecordingError
+from armtwin.models.plan import Plan
+from armtwin.models.recording_reader import read_recording
+from armtwin.models.recording_writer import write_recording
 from tests.support.disks import mounted
 
 SERVOS = ServoMap(np.array([0, 1, 2]), np.full(3, 1500.0), np.array([636.62, -636.62, 636.62]))

@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from hardware.capture_rows import cells_of, line_of, whole_rows
-from models.errors import RecordingError
+from armtwin.hardware.capture_rows import cells_of, line_of, whole_rows
+from armtwin.models.errors import RecordingError
 
 
 @pytest.fixture

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import serial
 
-from hardware import messages
-from hardware.emulator import FirmwareEmulator, Pulse, build
-from hardware.emulator.fuzz import catch_up
-from hardware.frames import FrameReader, decode, encode
-from hardware.messages import DetachReason, Request, Status
-from hardware.ports import open_port
+from armtwin.hardware import messages
+from armtwin.hardware.emulator import FirmwareEmulator, Pulse, build
+from armtwin.hardware.emulator.fuzz import catch_up
+from armtwin.hardware.frames import FrameReader, decode, encode
+from armtwin.hardware.messages import DetachReason, Request, Status
+from armtwin.hardware.ports import open_port
 
 pytestmark = pytest.mark.avr
 

@@ -4,9 +4,9 @@ import cv2
 import numpy as np
 import pytest
 
-from hardware.bench_tables import QualityTable
-from hardware.frame_quality import edge_width_px, fault_of
-from hardware.stillness import to_grey
+from armtwin.hardware.bench_tables import QualityTable
+from armtwin.hardware.frame_quality import edge_width_px, fault_of
+from armtwin.hardware.stillness import to_grey
 
 BOUNDS = QualityTable()
 PHOTOGRAPHS = sorted((Path(__file__).parents[3] / "shared" / "data" / "chessboard").glob("*.jpg"))

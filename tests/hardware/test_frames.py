@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.frames import MAX_BLOCK, FrameError, FrameReader, crc16, decode, encode
+from armtwin.hardware.frames import MAX_BLOCK, FrameError, FrameReader, crc16, decode, encode
 
 payloads = st.binary(min_size=2, max_size=32)
 

@@ -9,14 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hardware.bench_file import BenchSetup
-from hardware.bench_tables import CameraSettings
-from hardware.emulator import FirmwareEmulator, missing_packages
-from hardware.emulator.mjpeg import MjpegServer, to_jpeg
-from hardware.hardware_bench import DetachedError, HardwareBench, MotionError
-from models.bench import Bench
-from models.camera import Camera
-from models.errors import InputError, JobError
+from armtwin.hardware.bench_file import BenchSetup
+from armtwin.hardware.bench_tables import CameraSettings
+from armtwin.hardware.emulator import FirmwareEmulator, missing_packages
+from armtwin.hardware.emulator.mjpeg import MjpegServer, to_jpeg
+from armtwin.hardware.hardware_bench import DetachedError, HardwareBench, MotionError
+from armtwin.models.bench import Bench
+from armtwin.models.camera import Camera
+from armtwin.models.errors import InputError, JobError
 from tests.support.bench import Scene
 
 pytestmark = [

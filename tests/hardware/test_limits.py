@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from hardware.limits import JointLimits
-from models.errors import InputError
-from models.plan import Plan
+from armtwin.hardware.limits import JointLimits
+from armtwin.models.errors import InputError
+from armtwin.models.plan import Plan
 
 LIMITS = JointLimits(np.array([-1.0, -1.0, -1.0]), np.array([1.0, 1.0, 0.5]), 0.3)
 

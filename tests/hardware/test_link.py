@@ -7,12 +7,12 @@ import threading
 import numpy as np
 import pytest
 
-from hardware.emulator import FirmwareEmulator
-from hardware.emulator.noise import NoisyLine
-from hardware.frames import encode
-from hardware.link import BoardResetError, LinkError, LinkLostError, RefusedError, ServoLink, WrongFirmwareError
-from hardware.messages import DetachReason, Request, Status
-from models.errors import InputError
+from armtwin.hardware.emulator import FirmwareEmulator
+from armtwin.hardware.emulator.noise import NoisyLine
+from armtwin.hardware.frames import encode
+from armtwin.hardware.link import BoardResetError, LinkError, LinkLostError, RefusedError, ServoLink, WrongFirmwareError
+from armtwin.hardware.messages import DetachReason, Request, Status
+from armtwin.models.errors import InputError
 from tests.support.scripted_board import HELLO, scripted_board
 
 HOME = [1500.0, 1500.0, 1500.0]
@@ -222,7 +222,7 @@ def test_without_keep_alive_the_board_detaches_by_itself(board: FirmwareEmulator
 @pytest.mark.avr
 def test_a_killed_host_leaves_limp_servos(board: FirmwareEmulator) -> None:
     program = (
-        "import sys, time; from hardware.link import ServoLink\n"
+        "import sys, time; from armtwin.hardware.link import ServoLink\n"
         f"link = ServoLink({board.port!r}); link.connect(); link.arm({HOME}); time.sleep(60)"
     )
     host = subprocess.Popen([sys.executable, "-c", program])

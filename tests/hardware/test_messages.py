@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware import messages
-from hardware.messages import DetachReason, MessageError, Status
+from armtwin.hardware import messages
+from armtwin.hardware.messages import DetachReason, MessageError, Status
 
 
 def test_hello_is_read_in_physical_units() -> None:

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from hardware.ports import open_port
-from models.errors import InputError
+from armtwin.hardware.ports import open_port
+from armtwin.models.errors import InputError
 
 NOBODY = 65534
 

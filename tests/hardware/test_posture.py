@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from hardware.posture import joint_angles, link_vectors_mm
-from models.arm import Arm, nominal_arm
-from models.camera import project
-from models.camera_files import nominal_camera
-from models.frames import robot_to_board
-from models.kinematics import marker_positions
+from armtwin.hardware.posture import joint_angles, link_vectors_mm
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.camera import project
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.frames import robot_to_board
+from armtwin.models.kinematics import marker_positions
 
 PLANE_Z_MM = -80.87
 BASE_MM = np.array([20.0, -30.0, PLANE_Z_MM])  # where A stands must not matter

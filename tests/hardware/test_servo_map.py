@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from hardware.bench_file import BenchSetup
-from hardware.servo_map import ServoMap
+from armtwin.hardware.bench_file import BenchSetup
+from armtwin.hardware.servo_map import ServoMap
 
 
 def test_pulse_is_zero_plus_slope_times_angle(setup: BenchSetup):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from hardware.stillness import NoiseModel, StillnessWatch, to_grey
+from armtwin.hardware.stillness import NoiseModel, StillnessWatch, to_grey
 
 FRAME_S = 0.04
 

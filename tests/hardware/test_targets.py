@@ -9,8 +9,8 @@ import cv2
 import numpy as np
 import pytest
 
-from hardware.targets import targets_pdf
-from models.errors import InputError
+from armtwin.hardware.targets import targets_pdf
+from armtwin.models.errors import InputError
 
 MM = 25.4 / 72.0
 SHEETS = {"a4": (297.0, 210.0), "letter": (279.4, 215.9)}

@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 import pytest
 
-from hardware.bench_tables import CameraSettings
-from hardware.emulator.mjpeg import MjpegServer, to_jpeg
-from hardware.webcam import WARM_UP_PICTURES, CameraLostError, Webcam
-from models.errors import InputError
+from armtwin.hardware.bench_tables import CameraSettings
+from armtwin.hardware.emulator.mjpeg import MjpegServer, to_jpeg
+from armtwin.hardware.webcam import WARM_UP_PICTURES, CameraLostError, Webcam
+from armtwin.models.errors import InputError
 
 SIZE = (640, 360)
 PASSAGE_S = 0.3  # many times what a picture takes through loopback and the decoder
@@ -174,7 +174,7 @@ def test_missing_file_is_named(tmp_path: Path):
 
 
 def test_a_camera_without_pictures_is_released_again(streamer: Streamer, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("hardware.webcam.OPEN_TIMEOUT_S", 0.5)
+    monkeypatch.setattr("armtwin.hardware.webcam.OPEN_TIMEOUT_S", 0.5)
     streamer.mode = "frozen"  # one picture, where the warm-up wants some
     camera = Webcam(settings(streamer.server.url), *SIZE)
 

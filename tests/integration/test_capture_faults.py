@@ -21,21 +21,21 @@ import numpy as np
 import pytest
 import tomli_w
 
-from calib.markers import measure_recording
-from hardware.bench_file import BenchSetup, read_bench
-from hardware.capture import run_capture
-from hardware.capture_folder import CaptureFolder
-from hardware.emulator import missing_packages
-from hardware.hardware_bench import HardwareBench
-from hardware.link import BoardResetError, LinkLostError
-from hardware.webcam import CameraLostError
-from models.camera import project
-from models.errors import JobError
-from models.frames import robot_to_board
-from models.kinematics import marker_positions
-from models.plan import Plan, write_plan
-from models.recording_reader import read_recording
-from scenarios.emulated_bench import EmulatedBench, paper_world
+from armtwin.calib.markers import measure_recording
+from armtwin.hardware.bench_file import BenchSetup, read_bench
+from armtwin.hardware.capture import run_capture
+from armtwin.hardware.capture_folder import CaptureFolder
+from armtwin.hardware.emulator import missing_packages
+from armtwin.hardware.hardware_bench import HardwareBench
+from armtwin.hardware.link import BoardResetError, LinkLostError
+from armtwin.hardware.webcam import CameraLostError
+from armtwin.models.camera import project
+from armtwin.models.errors import JobError
+from armtwin.models.frames import robot_to_board
+from armtwin.models.kinematics import marker_positions
+from armtwin.models.plan import Plan, write_plan
+from armtwin.models.recording_reader import read_recording
+from armtwin.scenarios.emulated_bench import EmulatedBench, paper_world
 from tests.support.disks import mounted
 
 pytestmark = [
@@ -268,7 +268,7 @@ class Host:
         plan = folder / "plan.csv"
         write_plan(plan, PLAN)
         self.folder = folder / "recording"
-        code = "from scenarios.commands.capture import capture_command; import sys; from pathlib import Path; "
+        code = "from armtwin.scenarios.commands.capture import capture_command; import sys; from pathlib import Path; "
         code += "capture_command(sys.argv[1], sys.argv[2], Path(sys.argv[3]))"
         self._command = [sys.executable, "-c", code, str(bench_file), str(plan), str(self.folder)]
         self.process = subprocess.Popen(self._command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)

@@ -9,21 +9,21 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from calib.arm.least_squares import ArmCalibration, calibrate
-from calib.markers import measure_recording
-from hardware.bench_file import BenchSetup, read_bench
-from hardware.capture import run_capture
-from hardware.capture_folder import CaptureFolder
-from hardware.emulator import missing_packages
-from hardware.hardware_bench import HardwareBench
-from hardware.messages import TICKS_PER_US
-from models.bench import Bench
-from models.plan import Plan, paper_plan
-from models.recording import Recording
-from models.recording_reader import read_recording
-from scenarios.emulated_bench import EmulatedBench, paper_world
-from scenarios.marker_finder import marker_finder
-from sim.bench import SimulatedBench
+from armtwin.calib.arm.least_squares import ArmCalibration, calibrate
+from armtwin.calib.markers import measure_recording
+from armtwin.hardware.bench_file import BenchSetup, read_bench
+from armtwin.hardware.capture import run_capture
+from armtwin.hardware.capture_folder import CaptureFolder
+from armtwin.hardware.emulator import missing_packages
+from armtwin.hardware.hardware_bench import HardwareBench
+from armtwin.hardware.messages import TICKS_PER_US
+from armtwin.models.bench import Bench
+from armtwin.models.plan import Plan, paper_plan
+from armtwin.models.recording import Recording
+from armtwin.models.recording_reader import read_recording
+from armtwin.scenarios.emulated_bench import EmulatedBench, paper_world
+from armtwin.scenarios.marker_finder import marker_finder
+from armtwin.sim.bench import SimulatedBench
 
 pytestmark = [
     pytest.mark.avr,

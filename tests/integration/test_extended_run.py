@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.recording_reader import read_recording
-from models.twin import read_twin, rebuild
-from sim.observe import POSE_PERIOD_S
+from armtwin.models.recording_reader import read_recording
+from armtwin.models.twin import read_twin, rebuild
+from armtwin.sim.observe import POSE_PERIOD_S
 
 # One worker of pytest-xdist makes the run that all of these look at.
 pytestmark = [pytest.mark.xdist_group("integration-extended-run"), pytest.mark.slow]
@@ -59,7 +59,7 @@ width_rad = {WIDTH_RAD}
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("play")
     (folder / "play.toml").write_text(PLAY)
-    command = [sys.executable, "-c", "from scenarios.cli import main; main()"]
+    command = [sys.executable, "-c", "from armtwin.scenarios.cli import main; main()"]
     done = subprocess.run(
         [*command, "run", str(folder / "play.toml"), "--out", str(folder / "out")],
         capture_output=True,

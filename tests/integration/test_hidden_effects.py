@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from calib.diagnosis.diagnosis import diagnose
-from models.arm import Arm
-from models.errors import RecordingError
-from models.plan import plan_of
-from models.recording import Recording
-from scenarios.scoring.judge import Judgement, judge
-from scenarios.scoring.outcome import outcome_of
-from sim.observe import make_angle_recording
-from sim.sealed import EFFECTS, Sealed, Strength, draw_world
+from armtwin.calib.diagnosis.diagnosis import diagnose
+from armtwin.models.arm import Arm
+from armtwin.models.errors import RecordingError
+from armtwin.models.plan import plan_of
+from armtwin.models.recording import Recording
+from armtwin.scenarios.scoring.judge import Judgement, judge
+from armtwin.scenarios.scoring.outcome import outcome_of
+from armtwin.sim.observe import make_angle_recording
+from armtwin.sim.sealed import EFFECTS, Sealed, Strength, draw_world
 from tests.support.uncatalogued import UNCATALOGUED, draw_uncatalogued
 from tests.support.worlds import scattered, there_and_back, upright_world, with_effect
 

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from calib.gauges import evaluate, measure_gauges
-from calib.markers import detect, identify
-from models.arm import nominal_arm
-from models.camera import project
-from models.camera_files import nominal_camera
-from models.frames import robot_to_board
-from models.kinematics import inverse, marker_positions
-from models.trajectories import circle
-from sim.render.arm_scene import arm_parts
-from sim.render.bench_scene import (
+from armtwin.calib.gauges import evaluate, measure_gauges
+from armtwin.calib.markers import detect, identify
+from armtwin.models.arm import nominal_arm
+from armtwin.models.camera import project
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.frames import robot_to_board
+from armtwin.models.kinematics import inverse, marker_positions
+from armtwin.models.trajectories import circle
+from armtwin.sim.render.arm_scene import arm_parts
+from armtwin.sim.render.bench_scene import (
     GAUGE_LENGTHS_MM,
     clutter_parts,
     facing_camera,
@@ -23,9 +23,9 @@ from sim.render.bench_scene import (
     gauge_parts,
     panel_parts,
 )
-from sim.render.poses import planar_arm_poses, robot_bodies_on_board
-from sim.render.renderer import LensRenderer
-from sim.sensor.sensor import Sensor, expose
+from armtwin.sim.render.poses import planar_arm_poses, robot_bodies_on_board
+from armtwin.sim.render.renderer import LensRenderer
+from armtwin.sim.sensor.sensor import Sensor, expose
 from tests.support.discs import PLANE_MM, places_of
 
 BASE_MM = np.array([40.0, -33.0, PLANE_MM])

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from calib.markers import detect
-from hardware.targets import RED, targets_pdf
+from armtwin.calib.markers import detect
+from armtwin.hardware.targets import RED, targets_pdf
 
 DPI = 300
 PX_PER_MM = 3.0  # the paper's picture: 42 px for a disc of 14 mm

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.recording_reader import read_recording
-from models.validation import CameraTable, check
+from armtwin.models.recording_reader import read_recording
+from armtwin.models.validation import CameraTable, check
 from tests.support.disks import grow, mounted
 
 # One worker of pytest-xdist makes the run that all of these look at.
@@ -59,7 +59,7 @@ WORKERS_END_S = 5.0
 def start(*arguments: object) -> "subprocess.Popen[str]":
     """Start armtwin in a process of its own."""
     return subprocess.Popen(
-        [sys.executable, "-c", "from scenarios.cli import main; main()", *map(str, arguments)],
+        [sys.executable, "-c", "from armtwin.scenarios.cli import main; main()", *map(str, arguments)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

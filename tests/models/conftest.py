@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.arm import nominal_arm
-from models.camera import Camera
-from models.recording import Recording
+from armtwin.models.arm import nominal_arm
+from armtwin.models.camera import Camera
+from armtwin.models.recording import Recording
 
 
 def small_camera() -> Camera:

@@ -3,8 +3,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.arm import Arm, nominal_arm, read_arm
-from models.errors import InputError
+from armtwin.models.arm import Arm, nominal_arm, read_arm
+from armtwin.models.errors import InputError
 
 GOOD = """\
 schema = "armtwin.arm/1"

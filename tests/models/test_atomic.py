@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models import atomic
+from armtwin.models import atomic
 
 
 def fill_and_fail(target: Path, failure: BaseException) -> None:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from models.camera import (
+from armtwin.models.camera import (
     Camera,
     back_project,
     distort,

@@ -10,9 +10,9 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from models.camera import Camera, project
-from models.camera_files import MAX_FILE_BYTES, nominal_camera, read_camera, write_camera
-from models.errors import InputError
+from armtwin.models.camera import Camera, project
+from armtwin.models.camera_files import MAX_FILE_BYTES, nominal_camera, read_camera, write_camera
+from armtwin.models.errors import InputError
 
 CHESSBOARD = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "chessboard"
 

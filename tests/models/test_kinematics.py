@@ -3,9 +3,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from models.arm import Arm, nominal_arm
-from models.errors import InputError, UnreachablePoseError
-from models.kinematics import (
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.errors import InputError, UnreachablePoseError
+from armtwin.models.kinematics import (
     Deviation,
     complex_links,
     forward,
@@ -15,7 +15,7 @@ from models.kinematics import (
     marker_positions,
     wrap,
 )
-from models.trajectories import circle, paper_trajectories
+from armtwin.models.trajectories import circle, paper_trajectories
 
 ARM = nominal_arm()
 TABLE_4 = Deviation(np.array([6.7015, 4.5704, -0.7074, 1.0208]), np.radians([1.1354, 1.0037, 4.7563]))

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from models.arm import Arm, nominal_arm
-from models.kinematics import Deviation, marker_positions
-from models.mjcf import add_spring, build_arm, heaviest_torque_nm
-from models.servo import nominal_servo
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.kinematics import Deviation, marker_positions
+from armtwin.models.mjcf import add_spring, build_arm, heaviest_torque_nm
+from armtwin.models.servo import nominal_servo
 
 SERVO = nominal_servo()
 

@@ -4,11 +4,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from models.arm import nominal_arm
-from models.errors import InputError
-from models.kinematics import forward
-from models.plan import Plan, paper_plan, plan_of, read_plan, steps_between, write_plan
-from models.trajectories import paper_trajectories
+from armtwin.models.arm import nominal_arm
+from armtwin.models.errors import InputError
+from armtwin.models.kinematics import forward
+from armtwin.models.plan import Plan, paper_plan, plan_of, read_plan, steps_between, write_plan
+from armtwin.models.trajectories import paper_trajectories
 
 GOOD = "trajectory,theta1_cmd_rad,theta2_cmd_rad,payload_kg\nup,0.1,0.2,0.0\nup,0.3,-0.4,0.05\n"
 

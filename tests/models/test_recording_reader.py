@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.errors import RecordingError
-from models.recording_reader import read_recording
-from models.recording_writer import write_recording
+from armtwin.models.errors import RecordingError
+from armtwin.models.recording_reader import read_recording
+from armtwin.models.recording_writer import write_recording
 
 
 @pytest.fixture

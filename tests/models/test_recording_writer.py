@@ -9,10 +9,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from models.arm import Arm, nominal_arm
-from models.recording import Recording
-from models.recording_reader import read_recording
-from models.recording_writer import columns_of, row_of, samples_csv, write_recording
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.recording import Recording
+from armtwin.models.recording_reader import read_recording
+from armtwin.models.recording_writer import columns_of, row_of, samples_csv, write_recording
 
 finite = st.floats(-6.0, 6.0)
 pixel = st.floats(0.0, 5000.0)

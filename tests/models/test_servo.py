@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from models.errors import InputError
-from models.servo import NOMINAL_SERVO, nominal_servo, read_servo
+from armtwin.models.errors import InputError
+from armtwin.models.servo import NOMINAL_SERVO, nominal_servo, read_servo
 
 
 def test_nominal_servo_is_the_data_sheets() -> None:

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models.trajectories import circle, line, paper_trajectories
+from armtwin.models.trajectories import circle, line, paper_trajectories
 
 point = st.tuples(st.floats(-200, 200), st.floats(-200, 200))
 

@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 import tomli_w
 
-from models.arm import Arm, nominal_arm
-from models.camera_files import nominal_camera
-from models.effects import registry
-from models.effects.registry import effect_named
-from models.errors import InputError
-from models.kinematics import Deviation, marker_positions
-from models.toml_reader import read_toml
-from models.twin import Twin, TwinEffect, read_twin, rebuild, write_twin
-from models.world import Command, World
-from sim.physics.simulation import simulate
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.effects import registry
+from armtwin.models.effects.registry import effect_named
+from armtwin.models.errors import InputError
+from armtwin.models.kinematics import Deviation, marker_positions
+from armtwin.models.toml_reader import read_toml
+from armtwin.models.twin import Twin, TwinEffect, read_twin, rebuild, write_twin
+from armtwin.models.world import Command, World
+from armtwin.sim.physics.simulation import simulate
 
 DEVIATION = Deviation(np.array([1.5, -2.0, 0.4, 0.1]), np.array([0.02, -0.03, 0.01]))
 BASE_MM = np.array([40.3, -33.2, -80.87])

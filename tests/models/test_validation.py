@@ -1,8 +1,8 @@
 import pytest
 from pydantic import Field
 
-from models.errors import InputError
-from models.validation import ArmTable, CameraTable, Positive, Strict, check
+from armtwin.models.errors import InputError
+from armtwin.models.validation import ArmTable, CameraTable, Positive, Strict, check
 
 ARM = {"name": "planar3", "link_lengths_mm": [120.0, 121.7, 38.0, 6.73], "gravity_m_s2": [0.0, 0.0]}
 CAMERA = {

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.errors import InputError
-from models.world import Moment, checked_marker, joint_index, samples_of
+from armtwin.models.errors import InputError
+from armtwin.models.world import Moment, checked_marker, joint_index, samples_of
 from tests.support.worlds import flat_world
 
 

@@ -3,7 +3,7 @@
 import pytest
 import yaml
 
-from models.yaml_loader import CameraLoader
+from armtwin.models.yaml_loader import CameraLoader
 
 
 def load(text: str):

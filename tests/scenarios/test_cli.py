@@ -9,12 +9,12 @@ import cv2
 import numpy as np
 import pytest
 
-from models.camera_files import nominal_camera
-from models.recording import Recording, make_samples
-from models.recording_writer import write_recording
-from scenarios.cli import COMMANDS, main
-from scenarios.runner.world import declared_arm
-from scenarios.scenario import read_scenario
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.recording import Recording, make_samples
+from armtwin.models.recording_writer import write_recording
+from armtwin.scenarios.cli import COMMANDS, main
+from armtwin.scenarios.runner.world import declared_arm
+from armtwin.scenarios.scenario import read_scenario
 
 
 def leave(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> tuple[int, str]:
@@ -140,7 +140,7 @@ def test_a_defect_is_one_line_and_exit_code_1(
     def break_down(*_: object, **__: object) -> None:
         raise ZeroDivisionError("division by zero")
 
-    monkeypatch.setattr("scenarios.commands.measure.read_recording", break_down)
+    monkeypatch.setattr("armtwin.scenarios.commands.measure.read_recording", break_down)
     monkeypatch.delenv("ARMTWIN_TRACEBACK", raising=False)
     code, error = leave(["measure", str(tmp_path), "--out", str(tmp_path / "out")], capsys)
     assert code == 1
@@ -230,7 +230,7 @@ def test_nobody_is_shown_a_traceback(tmp_path: Path) -> None:
     """As a person starts it: a process of its own."""
     (tmp_path / "broken.toml").write_text("seed = 'abc")
     done = subprocess.run(
-        [sys.executable, "-c", "from scenarios.cli import main; main()", "run", "broken.toml", "--out", "out"],
+        [sys.executable, "-c", "from armtwin.scenarios.cli import main; main()", "run", "broken.toml", "--out", "out"],
         cwd=tmp_path,
         capture_output=True,
         text=True,

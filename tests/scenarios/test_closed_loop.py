@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.errors import InputError
-from models.kinematics import Deviation
-from models.plan import Plan, plan_of
-from models.recording import Recording
-from models.world import World
-from scenarios.cli import main
-from scenarios.closed_loop import Round, close_loop, close_loop_on, described, go_on, record_scenario
-from scenarios.scenario import read_scenario
-from sim.observe import default_clock, make_recording
+from armtwin.models.errors import InputError
+from armtwin.models.kinematics import Deviation
+from armtwin.models.plan import Plan, plan_of
+from armtwin.models.recording import Recording
+from armtwin.models.world import World
+from armtwin.scenarios.cli import main
+from armtwin.scenarios.closed_loop import Round, close_loop, close_loop_on, described, go_on, record_scenario
+from armtwin.scenarios.scenario import read_scenario
+from armtwin.sim.observe import default_clock, make_recording
 from tests.support.worlds import scattered, upright_world, with_effect
 
 DEVIATION = Deviation(np.array([2.0, -3.0, 1.0, 0.0]), np.array([0.02, -0.03, 0.01]))

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from hardware.bench_file import read_bench
-from hardware.emulator import missing_packages
-from hardware.hardware_bench import HardwareBench
-from models.errors import InputError
-from scenarios.emulated_bench import EmulatedBench
-from scenarios.marker_finder import marker_finder
+from armtwin.hardware.bench_file import read_bench
+from armtwin.hardware.emulator import missing_packages
+from armtwin.hardware.hardware_bench import HardwareBench
+from armtwin.models.errors import InputError
+from armtwin.scenarios.emulated_bench import EmulatedBench
+from armtwin.scenarios.marker_finder import marker_finder
 
 POSES = np.array([[0.1, 0.1, -0.1], [0.4, 0.3, -0.3], [0.2, -0.1, 0.2]])
 

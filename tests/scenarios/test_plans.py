@@ -3,12 +3,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.arm import nominal_arm
-from models.errors import InputError
-from models.kinematics import forward
-from models.plan import Plan, write_plan
-from models.trajectories import paper_trajectories
-from scenarios.plans import load_plan
+from armtwin.models.arm import nominal_arm
+from armtwin.models.errors import InputError
+from armtwin.models.kinematics import forward
+from armtwin.models.plan import Plan, write_plan
+from armtwin.models.trajectories import paper_trajectories
+from armtwin.scenarios.plans import load_plan
 
 
 def poses_file(folder: Path, text: str) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 # The worker holds the parent's standard output open as long as it lives.
 PROGRAM = """
 import multiprocessing
-from scenarios.processes import end_with_parent
+from armtwin.scenarios.processes import end_with_parent
 
 def work():
     end_with_parent()

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from models.errors import InputError
-from scenarios.runner.world import build_world
-from scenarios.scenario import builtin_scenarios, check_scenario, read_scenario
+from armtwin.models.errors import InputError
+from armtwin.scenarios.runner.world import build_world
+from armtwin.scenarios.scenario import builtin_scenarios, check_scenario, read_scenario
 
 SCENARIO = """
 schema = "armtwin.scenario/1"

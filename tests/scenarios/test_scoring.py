@@ -8,16 +8,16 @@ from typing import Any
 
 import pytest
 
-from models.arm import nominal_arm
-from models.errors import InputError
-from scenarios.cli import main
-from scenarios.scoring.geometry import true_geometry
-from scenarios.scoring.judge import judge
-from scenarios.scoring.orders import SealOptions
-from scenarios.scoring.outcome import outcome_path
-from scenarios.scoring.scoring import score
-from scenarios.scoring.sealing import seal, world_folder
-from scenarios.scoring.summary import Rate, rates
+from armtwin.models.arm import nominal_arm
+from armtwin.models.errors import InputError
+from armtwin.scenarios.cli import main
+from armtwin.scenarios.scoring.geometry import true_geometry
+from armtwin.scenarios.scoring.judge import judge
+from armtwin.scenarios.scoring.orders import SealOptions
+from armtwin.scenarios.scoring.outcome import outcome_path
+from armtwin.scenarios.scoring.scoring import score
+from armtwin.scenarios.scoring.sealing import seal, world_folder
+from armtwin.scenarios.scoring.summary import Rate, rates
 
 
 def hidden(effect: str, joint: int | None = None, marker: str | None = None, **parameters: Any) -> dict[str, Any]:

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
-from models.errors import InputError
-from models.folder_lock import only_writer
-from models.recording_reader import read_recording
-from scenarios.cli import main
-from scenarios.scoring.orders import SealOptions, orders
-from scenarios.scoring.sealing import read_truth, seal, world_folder
-from sim.sealed import EFFECTS, STRENGTHS
+from armtwin.models.errors import InputError
+from armtwin.models.folder_lock import only_writer
+from armtwin.models.recording_reader import read_recording
+from armtwin.scenarios.cli import main
+from armtwin.scenarios.scoring.orders import SealOptions, orders
+from armtwin.scenarios.scoring.sealing import read_truth, seal, world_folder
+from armtwin.sim.sealed import EFFECTS, STRENGTHS
 
 UNCATALOGUED = Path(__file__).parents[1] / "support" / "uncatalogued.py"
 FEW = SealOptions(n=2, seed=4, effects=("none", "servo_gain"))

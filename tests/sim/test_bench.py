@@ -5,13 +5,13 @@ import cv2
 import numpy as np
 import pytest
 
-from models.bench import Bench
-from models.camera import project
-from models.errors import InputError, JobError
-from models.kinematics import Deviation
-from models.world import World
-from sim.bench import SimulatedBench
-from sim.sensor import IDEAL
+from armtwin.models.bench import Bench
+from armtwin.models.camera import project
+from armtwin.models.errors import InputError, JobError
+from armtwin.models.kinematics import Deviation
+from armtwin.models.world import World
+from armtwin.sim.bench import SimulatedBench
+from armtwin.sim.sensor import IDEAL
 from tests.support.worlds import flat_world, with_effect
 
 POSE = np.array([0.1, 0.2, -0.3])

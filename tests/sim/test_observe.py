@@ -1,9 +1,9 @@
 import numpy as np
 
-from models.camera import project
-from models.frames import robot_to_board
-from models.kinematics import Deviation, marker_positions
-from sim.observe import make_angle_recording, make_recording, progress_of
+from armtwin.models.camera import project
+from armtwin.models.frames import robot_to_board
+from armtwin.models.kinematics import Deviation, marker_positions
+from armtwin.sim.observe import make_angle_recording, make_recording, progress_of
 from tests.support.worlds import flat_world, scattered, upright_world
 
 NAMES = ["a"] * 6 + ["b"] * 4

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 import tomli_w
 
-from hardware.bench_file import BenchSetup, read_bench
-from models.camera_files import nominal_camera, write_camera
+from armtwin.hardware.bench_file import BenchSetup, read_bench
+from armtwin.models.camera_files import nominal_camera, write_camera
 
 BENCH: dict[str, Any] = {
     "schema": "armtwin.bench/1",

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
-from models.camera import Camera, back_project, project, project_jacobian
+from armtwin.models.camera import Camera, back_project, project, project_jacobian
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]

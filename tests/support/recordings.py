@@ -8,12 +8,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arm import nominal_arm
-from models.camera import project
-from models.camera_files import nominal_camera
-from models.frames import robot_to_board
-from models.kinematics import Deviation, marker_positions
-from models.recording import Recording, make_samples
+from armtwin.models.arm import nominal_arm
+from armtwin.models.camera import project
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.frames import robot_to_board
+from armtwin.models.kinematics import Deviation, marker_positions
+from armtwin.models.recording import Recording, make_samples
 
 Array = NDArray[np.float64]
 Bend = Callable[[Array], Array]

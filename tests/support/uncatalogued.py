@@ -16,12 +16,12 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from models.camera import Camera
-from models.errors import JobError
-from models.mjcf import add_spring
-from models.units import M_PER_MM
-from models.world import Command, Electronics, Event, Moment, World
-from sim.sealed import STRENGTHS, Sealed, Strength, bench_of, moved_px, record, scale, truth_of
+from armtwin.models.camera import Camera
+from armtwin.models.errors import JobError
+from armtwin.models.mjcf import add_spring
+from armtwin.models.units import M_PER_MM
+from armtwin.models.world import Command, Electronics, Event, Moment, World
+from armtwin.sim.sealed import STRENGTHS, Sealed, Strength, bench_of, moved_px, record, scale, truth_of
 
 Array = NDArray[np.float64]
 Fault = Callable[[World, float, Generator], World]
@@ -186,7 +186,7 @@ UNCATALOGUED: dict[str, Kind] = {
 
 
 def draw_uncatalogued(rng: Generator, name: str, strength: Strength = "medium", n_poses: int | None = None) -> Sealed:
-    """Draw a world with one of these faults, scaled as `sim.sealed.draw_world` scales the catalogue's.
+    """Draw a world with one of these faults, scaled as `armtwin.sim.sealed.draw_world` scales the catalogue's.
 
     All markers of the arm are looked for; raises `JobError` where no draw moves them far enough.
     """

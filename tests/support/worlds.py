@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from models.arm import nominal_arm
-from models.camera_files import nominal_camera
-from models.effects.registry import effect_named
-from models.kinematics import Deviation
-from models.world import World, ideal_world
-from sim.physics.simulation import ArmSimulation
+from armtwin.models.arm import nominal_arm
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.effects.registry import effect_named
+from armtwin.models.kinematics import Deviation
+from armtwin.models.world import World, ideal_world
+from armtwin.sim.physics.simulation import ArmSimulation
 
 Array = NDArray[np.float64]
 

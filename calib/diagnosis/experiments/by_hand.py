@@ -10,13 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from calib.diagnosis.experiments.poses import Candidate, Space, calibrate_again, camera_elsewhere, gauge_in_plane
-from calib.diagnosis.experiments.rivals import Rivals
-from calib.diagnosis.fit import Data, Fit
-from models.camera import Camera
-from models.effects.predict import Active, camera_path, marker_points
-from models.effects.registry import Stage
-from models.frames import robot_to_board
+from armtwin.calib.diagnosis.experiments.poses import (
+    Candidate,
+    Space,
+    calibrate_again,
+    camera_elsewhere,
+    gauge_in_plane,
+)
+from armtwin.calib.diagnosis.experiments.rivals import Rivals
+from armtwin.calib.diagnosis.fit import Data, Fit
+from armtwin.models.camera import Camera
+from armtwin.models.effects.predict import Active, camera_path, marker_points
+from armtwin.models.effects.registry import Stage
+from armtwin.models.frames import robot_to_board
 
 Array = NDArray[np.float64]
 Found = list[dict[tuple[int, int], float]]

@@ -9,8 +9,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from models.effects.context import Context
-from models.plan import MAX_STEP_RAD, steps_between
+from armtwin.models.effects.context import Context
+from armtwin.models.plan import MAX_STEP_RAD, steps_between
 
 Array = NDArray[np.float64]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from calib.diagnosis.diagnosis import Diagnosis
-from calib.diagnosis.fit import Data, Fit, fit
-from models.effects.predict import Active
-from models.effects.registry import Stage, catalogue
+from armtwin.calib.diagnosis.diagnosis import Diagnosis
+from armtwin.calib.diagnosis.fit import Data, Fit, fit
+from armtwin.models.effects.predict import Active
+from armtwin.models.effects.registry import Stage, catalogue
 
 # A named cause that beats what it is easily taken for by less deviance than this is worth a further look: with a
 # Gaussian's odds of exp(25 / 2) it holds, but no term has exactly the world's form.

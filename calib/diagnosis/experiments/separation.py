@@ -19,11 +19,11 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from calib.diagnosis.experiments.poses import Candidate
-from calib.diagnosis.experiments.rivals import Rivals
-from calib.diagnosis.fit import Data, Fit, fit
-from calib.diagnosis.uncertainty import whitened
-from models.effects.context import Context
+from armtwin.calib.diagnosis.experiments.poses import Candidate
+from armtwin.calib.diagnosis.experiments.rivals import Rivals
+from armtwin.calib.diagnosis.fit import Data, Fit, fit
+from armtwin.calib.diagnosis.uncertainty import whitened
+from armtwin.models.effects.context import Context
 
 Array = NDArray[np.float64]
 

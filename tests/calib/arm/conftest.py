@@ -7,12 +7,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from models.arm import Arm, nominal_arm
-from models.camera import Camera, project
-from models.frames import robot_to_board
-from models.kinematics import Deviation, complex_links, inverse, link_angles, marker_positions
-from models.recording import Recording
-from models.trajectories import paper_trajectories
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.camera import Camera, project
+from armtwin.models.frames import robot_to_board
+from armtwin.models.kinematics import Deviation, complex_links, inverse, link_angles, marker_positions
+from armtwin.models.recording import Recording
+from armtwin.models.trajectories import paper_trajectories
 
 ARM_PLANE_Z_MM = -80.87
 BASE_MM = np.array([-35.0, -20.0, ARM_PLANE_Z_MM])

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from calib.arm import algorithm_1, least_squares
-from calib.arm.chain import Chain
-from models.arm import Arm, nominal_arm
-from models.errors import InputError
-from models.kinematics import Deviation, forward, inverse
-from models.trajectories import paper_trajectories
+from armtwin.calib.arm import algorithm_1, least_squares
+from armtwin.calib.arm.chain import Chain
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.errors import InputError
+from armtwin.models.kinematics import Deviation, forward, inverse
+from armtwin.models.trajectories import paper_trajectories
 
 CHAIN = Chain(nominal_arm())
 OTHER_START = (0.0,) * 7

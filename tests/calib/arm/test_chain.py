@@ -3,9 +3,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from calib.arm.chain import Chain
-from models.arm import Arm, nominal_arm
-from models.kinematics import Deviation, forward, marker_positions
+from armtwin.calib.arm.chain import Chain
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.kinematics import Deviation, forward, marker_positions
 
 PLAIN = Arm("plain", np.array([80.0, 60.0, 40.0, 20.0]), np.zeros(2))
 small = st.floats(-0.3, 0.3)

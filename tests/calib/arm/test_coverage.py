@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from calib.arm import least_squares
-from calib.arm.chain import Chain
-from models.arm import nominal_arm
-from models.kinematics import Deviation
+from armtwin.calib.arm import least_squares
+from armtwin.calib.arm.chain import Chain
+from armtwin.models.arm import nominal_arm
+from armtwin.models.kinematics import Deviation
 
 WORLDS = 200
 

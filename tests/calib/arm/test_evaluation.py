@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from calib.arm.evaluation import joint_error_rms, tip_distances, tip_error
-from models.errors import InputError
-from models.kinematics import forward
+from armtwin.calib.arm.evaluation import joint_error_rms, tip_distances, tip_error
+from armtwin.models.errors import InputError
+from armtwin.models.kinematics import forward
 
 BASE = np.array([-35.0, -20.0, -80.87])
 

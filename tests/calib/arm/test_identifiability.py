@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from calib.arm import least_squares
-from calib.arm.chain import Chain
-from models.arm import Arm, nominal_arm
-from models.errors import InputError
-from models.kinematics import inverse
-from models.trajectories import paper_trajectories
+from armtwin.calib.arm import least_squares
+from armtwin.calib.arm.chain import Chain
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.errors import InputError
+from armtwin.models.kinematics import inverse
+from armtwin.models.trajectories import paper_trajectories
 
 VARIED = np.random.default_rng(1).uniform(-0.6, 0.6, (40, 3))
 

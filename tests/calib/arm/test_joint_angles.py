@@ -4,12 +4,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.arm import least_squares
-from calib.arm.evaluation import joint_error_rms
-from models.arm import nominal_arm
-from models.errors import InputError
-from models.recording import Recording
-from models.recording_reader import read_recording
+from armtwin.calib.arm import least_squares
+from armtwin.calib.arm.evaluation import joint_error_rms
+from armtwin.models.arm import nominal_arm
+from armtwin.models.errors import InputError
+from armtwin.models.recording import Recording
+from armtwin.models.recording_reader import read_recording
 
 DATA = Path(__file__).resolve().parents[3].parent / "shared" / "data" / "brachiograph"
 ZEROS = np.array([0.02, -0.03, 0.08])

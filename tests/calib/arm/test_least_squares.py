@@ -3,11 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.arm import least_squares
-from calib.arm.chain import Chain
-from models.arm import Arm, nominal_arm
-from models.kinematics import Deviation, forward, inverse
-from models.trajectories import paper_trajectories
+from armtwin.calib.arm import least_squares
+from armtwin.calib.arm.chain import Chain
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.kinematics import Deviation, forward, inverse
+from armtwin.models.trajectories import paper_trajectories
 
 VARIED = np.random.default_rng(1).uniform(-0.6, 0.6, (40, 3))
 

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.arm.observations import fewest_poses, observe, rows_to_fit
-from models.errors import InputError
+from armtwin.calib.arm.observations import fewest_poses, observe, rows_to_fit
+from armtwin.models.errors import InputError
 
 
 def test_held_out_trajectories_are_not_fitted(simulate):

@@ -1,9 +1,9 @@
 import numpy as np
 
-from calib.arm.chain import Chain
-from calib.arm.observations import observe
-from calib.arm.start import start
-from models.arm import nominal_arm
+from armtwin.calib.arm.chain import Chain
+from armtwin.calib.arm.observations import observe
+from armtwin.calib.arm.start import start
+from armtwin.models.arm import nominal_arm
 
 ROWS = np.arange(100)
 

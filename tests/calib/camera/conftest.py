@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
-from calib.camera.board import Board
-from calib.camera.corners import Corners
-from models.camera import Camera, distort, normalise, project
-from models.camera_files import nominal_camera
+from armtwin.calib.camera.board import Board
+from armtwin.calib.camera.corners import Corners
+from armtwin.models.camera import Camera, distort, normalise, project
+from armtwin.models.camera_files import nominal_camera
 
 
 @pytest.fixture(scope="session")

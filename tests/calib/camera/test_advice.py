@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from calib.camera.advice import advise, missing_tilts, poor_views, tilts
-from calib.camera.coverage import cover
+from armtwin.calib.camera.advice import advise, missing_tilts, poor_views, tilts
+from armtwin.calib.camera.coverage import cover
 
 
 def rotation(x_deg: float = 0.0, y_deg: float = 0.0) -> np.ndarray:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from calib.camera.board import Board
-from models.errors import InputError
+from armtwin.calib.camera.board import Board
+from armtwin.models.errors import InputError
 
 
 @pytest.mark.parametrize("text", ["9x6", " 9 x 6 ", "9X6", "9×6"])

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from calib.camera.board import Board
-from calib.camera.corners import USUAL_WINDOW_PX, find_corners, window_limit_px
-from calib.camera.fit import MIN_VIEWS
-from models.camera import project
+from armtwin.calib.camera.board import Board
+from armtwin.calib.camera.corners import USUAL_WINDOW_PX, find_corners, window_limit_px
+from armtwin.calib.camera.fit import MIN_VIEWS
+from armtwin.models.camera import project
 
 
 def rms(a: np.ndarray, b: np.ndarray) -> float:

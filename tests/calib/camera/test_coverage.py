@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from calib.camera.coverage import REGIONS, cover
+from armtwin.calib.camera.coverage import REGIONS, cover
 
 
 def grid(x0: float, x1: float, y0: float, y1: float, n: int = 40) -> np.ndarray:

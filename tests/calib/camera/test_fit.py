@@ -6,11 +6,11 @@ import cv2
 import numpy as np
 import pytest
 
-from calib.camera import Board, Corners, calibrate_camera, find_corners
-from calib.camera.fit import rotations_of
-from models.camera import project
-from models.camera_files import read_camera
-from models.errors import InputError
+from armtwin.calib.camera import Board, Corners, calibrate_camera, find_corners
+from armtwin.calib.camera.fit import rotations_of
+from armtwin.models.camera import project
+from armtwin.models.camera_files import read_camera
+from armtwin.models.errors import InputError
 
 SIZE = (1280, 720)
 

@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 import pytest
 
-from calib.camera.images import find_images, read_gray, read_views
-from models.errors import InputError
+from armtwin.calib.camera.images import find_images, read_gray, read_views
+from armtwin.models.errors import InputError
 
 
 @pytest.fixture

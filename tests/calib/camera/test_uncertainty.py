@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from calib.camera import INTRINSICS, Corners, calibrate_camera
+from armtwin.calib.camera import INTRINSICS, Corners, calibrate_camera
 
 SIZE = (1280, 720)
 

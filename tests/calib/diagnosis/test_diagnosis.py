@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.diagnosis.diagnosis import diagnose
-from calib.diagnosis.experiment import propose
-from models.camera import project
-from models.camera_files import nominal_camera
-from models.errors import RecordingError
-from models.frames import robot_to_board
-from models.kinematics import marker_positions
+from armtwin.calib.diagnosis.diagnosis import diagnose
+from armtwin.calib.diagnosis.experiment import propose
+from armtwin.models.camera import project
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.errors import RecordingError
+from armtwin.models.frames import robot_to_board
+from armtwin.models.kinematics import marker_positions
 from tests.support.recordings import BASE_MM, DEVIATION, gain_of, recording, waves
 
 

@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from calib.diagnosis.diagnosis import Diagnosis, diagnose
-from calib.diagnosis.experiment import TELLING, Experiment, propose
-from calib.diagnosis.experiments.poses import BY_HAND, NAMES, candidates, space_of
-from calib.diagnosis.experiments.rivals import rivals_of
-from calib.diagnosis.experiments.separation import confirmed, extended, separations
-from models.effects.registry import catalogue
-from models.kinematics import Deviation
-from models.plan import MAX_STEP_RAD, Plan, plan_of, read_plan, write_plan
-from models.world import World
-from sim.observe import make_recording
+from armtwin.calib.diagnosis.diagnosis import Diagnosis, diagnose
+from armtwin.calib.diagnosis.experiment import TELLING, Experiment, propose
+from armtwin.calib.diagnosis.experiments.poses import BY_HAND, NAMES, candidates, space_of
+from armtwin.calib.diagnosis.experiments.rivals import rivals_of
+from armtwin.calib.diagnosis.experiments.separation import confirmed, extended, separations
+from armtwin.models.effects.registry import catalogue
+from armtwin.models.kinematics import Deviation
+from armtwin.models.plan import MAX_STEP_RAD, Plan, plan_of, read_plan, write_plan
+from armtwin.models.world import World
+from armtwin.sim.observe import make_recording
 from tests.support.worlds import scattered, upright_world, with_effect
 
 DEVIATION = Deviation(np.array([2.0, -3.0, 1.0, 0.0]), np.array([0.02, -0.03, 0.01]))

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.diagnosis.fit import Data, degrees_of_freedom, fit
-from calib.diagnosis.problem import Problem, problem_of
-from calib.diagnosis.screen import Screen
-from models.effects.predict import Active
-from models.effects.registry import Site, effect_named
+from armtwin.calib.diagnosis.fit import Data, degrees_of_freedom, fit
+from armtwin.calib.diagnosis.problem import Problem, problem_of
+from armtwin.calib.diagnosis.screen import Screen
+from armtwin.models.effects.predict import Active
+from armtwin.models.effects.registry import Site, effect_named
 from tests.support.recordings import DEVIATION, gain_of, recording
 
 NOISE = 0.05

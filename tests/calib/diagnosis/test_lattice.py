@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from calib.diagnosis.lattice import command_lattices
-from models.recording_reader import read_recording
+from armtwin.calib.diagnosis.lattice import command_lattices
+from armtwin.models.recording_reader import read_recording
 
 DATA = Path(__file__).parents[4] / "shared" / "data" / "brachiograph"
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calib.diagnosis.noise import estimate_noise, robust_std
-from calib.diagnosis.problem import problem_of
+from armtwin.calib.diagnosis.noise import estimate_noise, robust_std
+from armtwin.calib.diagnosis.problem import problem_of
 from tests.support.recordings import gain_of, recording
 
 

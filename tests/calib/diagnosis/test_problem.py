@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from calib.diagnosis.problem import problem_of
-from models.effects.predict import Active, joint_angles
-from models.effects.registry import Site, effect_named
+from armtwin.calib.diagnosis.problem import problem_of
+from armtwin.models.effects.predict import Active, joint_angles
+from armtwin.models.effects.registry import Site, effect_named
 from tests.support.recordings import BASE_MM, recording
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from calib.diagnosis.diagnosis import diagnose
+from armtwin.calib.diagnosis.diagnosis import diagnose
 from tests.support.recordings import recording
 
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from calib.diagnosis.fit import Data, Fit, fit
-from calib.diagnosis.problem import problem_of
-from calib.diagnosis.structure import trends
+from armtwin.calib.diagnosis.fit import Data, Fit, fit
+from armtwin.calib.diagnosis.problem import problem_of
+from armtwin.calib.diagnosis.structure import trends
 from tests.support.recordings import recording
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calib.diagnosis.fit import Data, fit
-from calib.diagnosis.problem import problem_of
-from calib.diagnosis.uncertainty import uncertainty
-from models.effects.predict import Active
-from models.effects.registry import Site, effect_named
+from armtwin.calib.diagnosis.fit import Data, fit
+from armtwin.calib.diagnosis.problem import problem_of
+from armtwin.calib.diagnosis.uncertainty import uncertainty
+from armtwin.models.effects.predict import Active
+from armtwin.models.effects.registry import Site, effect_named
 from tests.support.recordings import gain_of, recording, waves
 
 WORLDS = 200

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from models.camera import Camera
-from models.camera_files import nominal_camera
+from armtwin.models.camera import Camera
+from armtwin.models.camera_files import nominal_camera
 
 
 @pytest.fixture(scope="session")

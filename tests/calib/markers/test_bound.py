@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calib.markers import centre_bound
-from models.camera import Camera
+from armtwin.calib.markers import centre_bound
+from armtwin.models.camera import Camera
 from tests.support.discs import FACE, GROUND, draw_discs
 
 K = np.array([[1000.0, 0.0, 120.0], [0.0, 1000.0, 120.0], [0.0, 0.0, 1.0]])

@@ -6,10 +6,10 @@ import cv2
 import numpy as np
 import pytest
 
-from calib.markers.candidates import find_candidates
-from calib.markers.disc import DetectorConfig
-from models.camera import Camera
-from models.errors import InputError
+from armtwin.calib.markers.candidates import find_candidates
+from armtwin.calib.markers.disc import DetectorConfig
+from armtwin.models.camera import Camera
+from armtwin.models.errors import InputError
 from tests.support.discs import Image, draw_discs, places_of, take, true_pixels
 
 PIXELS = np.array([[300.0, 200.0], [900.0, 500.0]])

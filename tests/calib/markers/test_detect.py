@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calib.markers import detect
-from models.camera import Camera
-from models.errors import InputError
+from armtwin.calib.markers import detect
+from armtwin.models.camera import Camera
+from armtwin.models.errors import InputError
 
 
 def test_a_picture_of_another_size_than_the_camera_s_is_refused(webcam: Camera) -> None:

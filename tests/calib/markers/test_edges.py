@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from calib.markers.edges import find_edges, first_edges, sample
-from models.camera import Camera
+from armtwin.calib.markers.edges import find_edges, first_edges, sample
+from armtwin.models.camera import Camera
 from tests.support.discs import draw_discs
 
 Array = NDArray[np.float64]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from calib.markers.ellipse import fit_ellipses, semi_axes
+from armtwin.calib.markers.ellipse import fit_ellipses, semi_axes
 
 Array = NDArray[np.float64]
 

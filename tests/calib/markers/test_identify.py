@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from calib.markers import Disc, MarkerReading, identify
-from models.arm import Arm, nominal_arm
-from models.camera import Camera, project, project_jacobian
-from models.frames import robot_to_board
-from models.kinematics import Deviation, marker_positions
+from armtwin.calib.markers import Disc, MarkerReading, identify
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.camera import Camera, project, project_jacobian
+from armtwin.models.frames import robot_to_board
+from armtwin.models.kinematics import Deviation, marker_positions
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from calib.markers.levels import Levels, Profile, find_levels
+from armtwin.calib.markers.levels import Levels, Profile, find_levels
 
 Array = NDArray[np.float64]
 

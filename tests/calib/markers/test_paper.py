@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from calib.markers import PaperStages, detect, paper_stages
-from models.camera import Camera
+from armtwin.calib.markers import PaperStages, detect, paper_stages
+from armtwin.models.camera import Camera
 from tests.support.discs import Image, draw_discs, places_of, take, true_pixels
 
 PIXELS = np.array([[300.0, 200.0], [640.0, 360.0], [900.0, 500.0], [1000.0, 150.0]])

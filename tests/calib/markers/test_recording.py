@@ -9,13 +9,13 @@ import cv2
 import numpy as np
 import pytest
 
-from calib.markers import measure_frames, measure_recording
-from models.arm import nominal_arm
-from models.camera import Camera, project
-from models.errors import RecordingError
-from models.frames import robot_to_board
-from models.kinematics import marker_positions
-from models.recording import Recording, make_samples
+from armtwin.calib.markers import measure_frames, measure_recording
+from armtwin.models.arm import nominal_arm
+from armtwin.models.camera import Camera, project
+from armtwin.models.errors import RecordingError
+from armtwin.models.frames import robot_to_board
+from armtwin.models.kinematics import marker_positions
+from armtwin.models.recording import Recording, make_samples
 from tests.support.discs import PLANE_MM, draw_discs, take
 
 BASE_MM = np.array([40.0, -33.0, PLANE_MM])

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from calib.markers import Disc, centre_bound, detect
-from models.camera import Camera
+from armtwin.calib.markers import Disc, centre_bound, detect
+from armtwin.models.camera import Camera
 from tests.support.discs import FACE, GROUND, PLANE_MM, Image, draw_discs, places_of, take, true_pixels
 
 Array = NDArray[np.float64]

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from hardware.emulator import build, missing_packages
-from models.errors import JobError
+from armtwin.hardware.emulator import build, missing_packages
+from armtwin.models.errors import JobError
 
 
 def test_missing_packages_are_named_with_the_command(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""The command `python -m hardware.emulator.fuzz` with fewer frames."""
+"""The command `python -m armtwin.hardware.emulator.fuzz` with fewer frames."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from hardware.emulator.fuzz import fuzz_armed, fuzz_limp, fuzz_link
-from hardware.emulator.noise import bad_piece
-from hardware.frames import FrameReader, encode
+from armtwin.hardware.emulator.fuzz import fuzz_armed, fuzz_limp, fuzz_link
+from armtwin.hardware.emulator.noise import bad_piece
+from armtwin.hardware.frames import FrameReader, encode
 
 
 @pytest.mark.avr

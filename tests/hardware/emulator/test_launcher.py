@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hardware.emulator import FirmwareEmulator
-from hardware.link import ServoLink
-from hardware.ports import open_port
-from models.errors import JobError
+from armtwin.hardware.emulator import FirmwareEmulator
+from armtwin.hardware.link import ServoLink
+from armtwin.hardware.ports import open_port
+from armtwin.models.errors import JobError
 
 HOME = [1500.0, 1500.0, 1500.0]
 PATIENCE_S = 10.0  # real time; only a failing test waits so long
@@ -79,7 +79,7 @@ def test_a_killed_board_sends_nothing_and_takes_no_command(board: FirmwareEmulat
 @pytest.mark.avr
 def test_it_does_not_outlive_the_program_that_started_it() -> None:
     program = (
-        "import time; from hardware.emulator import FirmwareEmulator\n"
+        "import time; from armtwin.hardware.emulator import FirmwareEmulator\n"
         "board = FirmwareEmulator(); board.start(); print(board.port, flush=True); time.sleep(60)"
     )
     parent = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from hardware.emulator.mjpeg import MjpegServer, to_jpeg
+from armtwin.hardware.emulator.mjpeg import MjpegServer, to_jpeg
 
 
 def read_part(stream: http.client.HTTPResponse) -> bytes:

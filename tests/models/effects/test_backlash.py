@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from models.effects.backlash import play
+from armtwin.models.effects.backlash import play
 from tests.support.contexts import context_of, one_joint, turned
 
 DRIVES = st.lists(st.floats(-2.0, 2.0), min_size=2, max_size=30).map(np.array)

@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from models.camera import Camera, project
-from models.effects.predict import marker_points
-from models.frames import robot_to_board
+from armtwin.models.camera import Camera, project
+from armtwin.models.effects.predict import marker_points
+from armtwin.models.frames import robot_to_board
 from tests.support.contexts import BASE_MM, active, context_of, drawn, pixels
 
 BUMP = [0.01, -0.004, 0.006, 1.5, -2.0, 3.0]

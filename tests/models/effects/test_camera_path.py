@@ -3,9 +3,9 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from models.camera import project
-from models.camera_files import nominal_camera
-from models.effects.camera_path import CameraPath
+from armtwin.models.camera import project
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.effects.camera_path import CameraPath
 
 POINTS = np.random.default_rng(0).uniform([-150, -50, -85], [150, 120, -75], (6, 4, 3))
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from models.camera import project
-from models.effects.predict import marker_points
-from models.frames import robot_to_board
+from armtwin.models.camera import project
+from armtwin.models.effects.predict import marker_points
+from armtwin.models.frames import robot_to_board
 from tests.support.contexts import BASE_MM, active, context_of, drawn, pixels
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.effects.context import Context
-from models.effects.correct import corrected_commands
-from models.effects.predict import Active, joint_angles
-from models.effects.registry import Site, effect_named
-from models.errors import UnreachablePoseError
-from models.kinematics import Deviation, forward
-from models.trajectories import paper_trajectories
+from armtwin.models.effects.context import Context
+from armtwin.models.effects.correct import corrected_commands
+from armtwin.models.effects.predict import Active, joint_angles
+from armtwin.models.effects.registry import Site, effect_named
+from armtwin.models.errors import UnreachablePoseError
+from armtwin.models.kinematics import Deviation, forward
+from armtwin.models.trajectories import paper_trajectories
 from tests.support.contexts import active, context_of
 
 BUILT = Deviation(np.array([3.0, -2.0, 0.5, 0.1]), np.array([0.02, -0.03, 0.05]))

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.arm import Arm, nominal_arm
-from models.effects.injection import Injected, Stated, checked, later, other_marker, sample, samples, switch
-from models.effects.registry import Site, catalogue, effect_named
-from models.errors import InputError
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.effects.injection import Injected, Stated, checked, later, other_marker, sample, samples, switch
+from armtwin.models.effects.registry import Site, catalogue, effect_named
+from armtwin.models.errors import InputError
 from tests.support.contexts import context_of
 from tests.support.worlds import errors_rad, upright_world, with_effect
 

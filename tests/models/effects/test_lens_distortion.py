@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.camera import normalise
+from armtwin.models.camera import normalise
 from tests.support.contexts import active, context_of, pixels
 
 CHANGE = [0.05, -0.1, 0.002, -0.001, 0.3]

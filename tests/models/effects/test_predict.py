@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from models.effects.predict import Geometry, joint_angles, marker_points, ordered
-from models.effects.registry import Stage
-from models.kinematics import Deviation, complex_links, marker_positions
+from armtwin.models.effects.predict import Geometry, joint_angles, marker_points, ordered
+from armtwin.models.effects.registry import Stage
+from armtwin.models.kinematics import Deviation, complex_links, marker_positions
 from tests.support.contexts import active, context_of, drawn, pixels
 
 

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.effects import registry
-from models.effects.predict import Active
-from models.effects.registry import Site, catalogue, effect_named, register, register_file
-from models.errors import InputError
+from armtwin.models.effects import registry
+from armtwin.models.effects.predict import Active
+from armtwin.models.effects.registry import Site, catalogue, effect_named, register, register_file
+from armtwin.models.errors import InputError
 from tests.support.contexts import context_of, off_or, pixels
 
 # The names that every file of this project uses.
@@ -102,7 +102,7 @@ def test_a_file_adds_its_effect(tmp_path: Path) -> None:
     path = tmp_path / "twice.py"
     path.write_text(
         "from dataclasses import replace\n"
-        "from models.effects.servo_gain import EFFECT as GAIN\n"
+        "from armtwin.models.effects.servo_gain import EFFECT as GAIN\n"
         "EFFECT = replace(GAIN, name='gain_again')\n"
     )
     assert register_file(path).name == "gain_again"

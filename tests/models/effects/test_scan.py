@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from models.effects.scan import event_rows, fan_about, since
+from armtwin.models.effects.scan import event_rows, fan_about, since
 from tests.support.contexts import context_of
 
 

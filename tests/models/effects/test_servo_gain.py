@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from models.world import Command
+from armtwin.models.world import Command
 from tests.support.contexts import context_of, turned
 from tests.support.worlds import flat_world, with_effect
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from models.effects.registry import Site, effect_named
-from models.errors import InputError
-from models.world import Command
+from armtwin.models.effects.registry import Site, effect_named
+from armtwin.models.errors import InputError
+from armtwin.models.world import Command
 from tests.support.contexts import context_of, one_joint, turned
 from tests.support.worlds import flat_world, with_effect
 

@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 import tomli_w
 
-from hardware.bench_file import read_bench
-from hardware.emulator import missing_packages
-from hardware.hardware_bench import HardwareBench
-from models.errors import InputError, JobError
-from scenarios.commands.bench_check import bench_check_command, check_bench
-from scenarios.emulated_bench import EmulatedBench
+from armtwin.hardware.bench_file import read_bench
+from armtwin.hardware.emulator import missing_packages
+from armtwin.hardware.hardware_bench import HardwareBench
+from armtwin.models.errors import InputError, JobError
+from armtwin.scenarios.commands.bench_check import bench_check_command, check_bench
+from armtwin.scenarios.emulated_bench import EmulatedBench
 
 pytestmark = [
     pytest.mark.avr,
@@ -76,7 +76,7 @@ def test_a_bench_that_allows_smaller_steps_only_is_checked_by_those(emulated: Em
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGHUP])
 def test_a_check_ended_by_a_signal_detaches_at_once(emulated: EmulatedBench, how: signal.Signals):
     code = (
-        "import sys; from scenarios.commands.bench_check import bench_check_command as check; check(sys.argv[1], True)"
+        "import sys; from armtwin.scenarios.commands import bench_check as b; b.bench_check_command(sys.argv[1], True)"
     )
     with subprocess.Popen([sys.executable, "-c", code, str(emulated.bench_file)], stderr=subprocess.PIPE) as host:
         wait_until(lambda: np.isfinite(emulated.widths_us()).all(), PATIENCE_S)

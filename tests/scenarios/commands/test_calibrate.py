@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from models.arm import nominal_arm, read_arm
-from models.camera import project
-from models.camera_files import read_camera
-from models.errors import InputError
-from models.frames import robot_to_board
-from models.kinematics import Deviation, forward, inverse, marker_positions
-from models.recording import Recording
-from models.recording_writer import write_recording
-from models.trajectories import paper_trajectories
-from scenarios.commands.calibrate import Method, calibrate_command
+from armtwin.models.arm import nominal_arm, read_arm
+from armtwin.models.camera import project
+from armtwin.models.camera_files import read_camera
+from armtwin.models.errors import InputError
+from armtwin.models.frames import robot_to_board
+from armtwin.models.kinematics import Deviation, forward, inverse, marker_positions
+from armtwin.models.recording import Recording
+from armtwin.models.recording_writer import write_recording
+from armtwin.models.trajectories import paper_trajectories
+from armtwin.scenarios.commands.calibrate import Method, calibrate_command
 
 BASE_MM = np.array([-35.0, -20.0, -80.87])
 TRUTH = Deviation(np.array([6.7015, 4.5704, -0.7074, 1.0208]), np.radians([1.1354, 1.0037, 4.7563]))

@@ -9,9 +9,9 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from models.camera_files import read_camera
-from models.errors import InputError
-from scenarios.commands.calibrate_camera import calibrate_camera_command
+from armtwin.models.camera_files import read_camera
+from armtwin.models.errors import InputError
+from armtwin.scenarios.commands.calibrate_camera import calibrate_camera_command
 
 CHESSBOARD = Path(__file__).resolve().parents[3].parent / "shared" / "data" / "chessboard"
 K = np.array([[600.0, 0.0, 322.0], [0.0, 600.0, 237.0], [0.0, 0.0, 1.0]])

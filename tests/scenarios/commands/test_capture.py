@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from hardware.bench_file import BenchSetup, read_bench
-from hardware.capture_folder import CaptureFolder
-from models.arm import Arm
-from models.errors import InputError, RecordingError, UnreachablePoseError
-from models.plan import Plan, write_plan
-from scenarios.commands.capture import capture_command
-from scenarios.plans import load_plan
+from armtwin.hardware.bench_file import BenchSetup, read_bench
+from armtwin.hardware.capture_folder import CaptureFolder
+from armtwin.models.arm import Arm
+from armtwin.models.errors import InputError, RecordingError, UnreachablePoseError
+from armtwin.models.plan import Plan, write_plan
+from armtwin.scenarios.commands.capture import capture_command
+from armtwin.scenarios.plans import load_plan
 from tests.support.bench import bench_table, setup, write_bench
 
 __all__ = ["bench_table", "setup", "write_bench"]

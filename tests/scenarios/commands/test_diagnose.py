@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.arm import Arm
-from models.kinematics import Deviation
-from models.recording import Recording, make_samples
-from models.recording_reader import read_recording
-from models.recording_writer import write_recording
-from models.twin import read_twin, rebuild
-from scenarios.cli import main
-from scenarios.diagnosis.resimulate import resimulate
-from sim.observe import make_recording
+from armtwin.models.arm import Arm
+from armtwin.models.kinematics import Deviation
+from armtwin.models.recording import Recording, make_samples
+from armtwin.models.recording_reader import read_recording
+from armtwin.models.recording_writer import write_recording
+from armtwin.models.twin import read_twin, rebuild
+from armtwin.scenarios.cli import main
+from armtwin.scenarios.diagnosis.resimulate import resimulate
+from armtwin.sim.observe import make_recording
 from tests.support.worlds import flat_world, with_effect
 
 NOISE_PX = 0.08

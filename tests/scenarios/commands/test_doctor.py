@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
-from hardware.doctor import check_board, check_disk, run_checks
-from hardware.emulator import FirmwareEmulator, missing_packages
-from hardware.frames import encode
-from models.errors import JobError
-from scenarios.commands.doctor import describe_renderer, doctor_command
+from armtwin.hardware.doctor import check_board, check_disk, run_checks
+from armtwin.hardware.emulator import FirmwareEmulator, missing_packages
+from armtwin.hardware.frames import encode
+from armtwin.models.errors import JobError
+from armtwin.scenarios.commands.doctor import describe_renderer, doctor_command
 from tests.support.bench import bench_table, write_bench
 from tests.support.scripted_board import HELLO, scripted_board
 

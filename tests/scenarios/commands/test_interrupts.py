@@ -3,7 +3,7 @@ import signal
 
 import pytest
 
-from scenarios.commands.interrupts import ended_as_by_ctrl_c, held_back
+from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c, held_back
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])

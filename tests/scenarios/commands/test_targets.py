@@ -2,9 +2,9 @@ from pathlib import Path
 
 import pytest
 
-from models.errors import InputError
-from scenarios.cli import main
-from scenarios.commands.targets import targets_command
+from armtwin.models.errors import InputError
+from armtwin.scenarios.cli import main
+from armtwin.scenarios.commands.targets import targets_command
 
 
 def test_writes_a_pdf(tmp_path: Path):

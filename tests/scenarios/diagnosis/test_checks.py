@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.arm import Arm
-from models.errors import RecordingError
-from models.recording import Recording, make_samples
-from scenarios.diagnosis.checks import check_recording, notes_on
+from armtwin.models.arm import Arm
+from armtwin.models.errors import RecordingError
+from armtwin.models.recording import Recording, make_samples
+from armtwin.scenarios.diagnosis.checks import check_recording, notes_on
 
 N = 40
 

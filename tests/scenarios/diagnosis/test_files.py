@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from scenarios.diagnosis.files import written_together
+from armtwin.scenarios.diagnosis.files import written_together
 
 
 def test_files_take_their_places_when_all_are_written(tmp_path: Path) -> None:

@@ -9,11 +9,11 @@ import cv2
 import numpy as np
 import pytest
 
-from models.errors import RecordingError
-from models.recording import Recording, make_samples
-from models.recording_writer import write_recording
-from scenarios.commands.diagnose import measured
-from sim.bench import SimulatedBench
+from armtwin.models.errors import RecordingError
+from armtwin.models.recording import Recording, make_samples
+from armtwin.models.recording_writer import write_recording
+from armtwin.scenarios.commands.diagnose import measured
+from armtwin.sim.bench import SimulatedBench
 from tests.support.worlds import PLANE_MM, flat_world
 
 Q_CMD = np.array([[0.1, -0.1, 0.2], [-0.1, 0.1, -0.2]])

@@ -10,17 +10,17 @@ import cv2
 import numpy as np
 import pytest
 
-import models
-from calib.diagnosis.diagnosis import diagnose
-from models.arm import nominal_arm
-from models.camera_files import nominal_camera
-from models.effects import registry
-from models.effects.registry import catalogue, register_file
-from models.recording import Recording, make_samples
-from scenarios.diagnosis.findings import estimates_of, twin_of
-from scenarios.diagnosis.resimulate import compare
+import armtwin.models
+from armtwin.calib.diagnosis.diagnosis import diagnose
+from armtwin.models.arm import nominal_arm
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.effects import registry
+from armtwin.models.effects.registry import catalogue, register_file
+from armtwin.models.recording import Recording, make_samples
+from armtwin.scenarios.diagnosis.findings import estimates_of, twin_of
+from armtwin.scenarios.diagnosis.resimulate import compare
 
-PAGE = Path(models.__file__).parent / "effects" / "README.md"
+PAGE = Path(armtwin.models.__file__).parent / "effects" / "README.md"
 STOP_RAD = 0.21
 NOISE_PX = 0.08
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scenarios.diagnosis.structure import Ordinate, groups_of, share_of_groups
+from armtwin.scenarios.diagnosis.structure import Ordinate, groups_of, share_of_groups
 
 N = 120
 ORDER = Ordinate("order", "pose", np.arange(N, dtype=float))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from scenarios.report.diagnosis_section import stated
+from armtwin.scenarios.report.diagnosis_section import stated
 
 
 @pytest.mark.parametrize(

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from scenarios.report.page import page
-from scenarios.report.section import Section, gallery, number, plot, prose, table, with_std
-from scenarios.report.style import figure
+from armtwin.scenarios.report.page import page
+from armtwin.scenarios.report.section import Section, gallery, number, plot, prose, table, with_std
+from armtwin.scenarios.report.style import figure
 
 
 def test_text_of_a_file_cannot_become_markup() -> None:

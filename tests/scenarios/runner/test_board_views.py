@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from models.camera import project
-from models.camera_files import nominal_camera
-from scenarios.runner.board_views import board_poses
+from armtwin.models.camera import project
+from armtwin.models.camera_files import nominal_camera
+from armtwin.scenarios.runner.board_views import board_poses
 
 CORNERS = np.array([[-23.0, -23, 0], [207, -23, 0], [207, 138, 0], [-23, 138, 0]])
 

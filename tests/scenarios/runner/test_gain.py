@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scenarios.runner.gain import noise_floor_mm, reduction
+from armtwin.scenarios.runner.gain import noise_floor_mm, reduction
 
 
 def test_the_noise_floor_is_the_mean_miss_that_noise_alone_makes_of_a_tip_measured_from_the_base() -> None:

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from models.errors import InputError
-from scenarios.runner.job import alone, open_job
-from scenarios.scenario import read_scenario
+from armtwin.models.errors import InputError
+from armtwin.scenarios.runner.job import alone, open_job
+from armtwin.scenarios.scenario import read_scenario
 
 
 def test_a_folder_with_a_run_of_the_same_scenario_is_gone_on_with(tmp_path: Path) -> None:

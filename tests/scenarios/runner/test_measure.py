@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from models.arm import nominal_arm
-from models.camera_files import nominal_camera
-from models.recording import Recording, make_samples
-from scenarios.runner.measure import with_faults
-from scenarios.scenario import ScenarioFile, check_scenario
+from armtwin.models.arm import nominal_arm
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.recording import Recording, make_samples
+from armtwin.scenarios.runner.measure import with_faults
+from armtwin.scenarios.scenario import ScenarioFile, check_scenario
 
 N = 150
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from models.camera_files import nominal_camera
-from scenarios.runner.named import beside_truth, left_by_calibration
+from armtwin.models.camera_files import nominal_camera
+from armtwin.scenarios.runner.named import beside_truth, left_by_calibration
 
 
 def cause(effect: str, joint: int | None = None, ties: tuple[str, ...] = (), **values: float) -> dict[str, Any]:

@@ -1,6 +1,6 @@
 """Equation (8) as it is printed."""
 
-from scenarios.runner.paper_checks import printed_equation_8_error_mm
+from armtwin.scenarios.runner.paper_checks import printed_equation_8_error_mm
 
 
 def test_the_printed_equation_8_misses_the_papers_own_circles_by_centimetres() -> None:

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from models.kinematics import inverse, marker_positions
-from models.world import Moment
-from scenarios.runner.world import build_world, declared_arm, true_deviation
-from scenarios.scenario import read_scenario
-from sim.physics.simulation import simulate
+from armtwin.models.kinematics import inverse, marker_positions
+from armtwin.models.world import Moment
+from armtwin.scenarios.runner.world import build_world, declared_arm, true_deviation
+from armtwin.scenarios.scenario import read_scenario
+from armtwin.sim.physics.simulation import simulate
 
 
 def test_the_injected_geometry_is_what_the_simulated_arm_does() -> None:

@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from models.camera import project
-from models.errors import InputError
-from models.frames import robot_to_board
-from models.world import World
-from sim.observe import make_recording, pixels_of
-from sim.physics.simulation import ArmSimulation, simulate
+from armtwin.models.camera import project
+from armtwin.models.errors import InputError
+from armtwin.models.frames import robot_to_board
+from armtwin.models.world import World
+from armtwin.sim.observe import make_recording, pixels_of
+from armtwin.sim.physics.simulation import ArmSimulation, simulate
 from tests.support.worlds import PLANE_MM, errors_rad, flat_world, scattered, with_effect
 
 N = 8

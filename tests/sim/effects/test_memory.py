@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from models.errors import InputError
-from models.world import World
+from armtwin.models.errors import InputError
+from armtwin.models.world import World
 from tests.support.worlds import errors_rad, flat_world, there_and_back, upright_world, with_effect
 
 WORLDS = pytest.mark.parametrize("world", [flat_world(), upright_world()], ids=["flat", "upright"])

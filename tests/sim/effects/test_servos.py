@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from models.errors import InputError
+from armtwin.models.errors import InputError
 from tests.support.worlds import errors_rad, flat_world, there_and_back, upright_world, with_effect
 
 ARRIVED_RAD = 2e-5

@@ -4,10 +4,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from models.kinematics import Deviation
-from models.mjcf import build_arm
-from models.world import World
-from sim.physics.simulation import simulate
+from armtwin.models.kinematics import Deviation
+from armtwin.models.mjcf import build_arm
+from armtwin.models.world import World
+from armtwin.sim.physics.simulation import simulate
 from tests.support.worlds import errors_rad, flat_world, scattered, upright_world, with_effect
 
 

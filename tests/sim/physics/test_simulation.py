@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from models.arm import Arm
-from models.camera_files import nominal_camera
-from models.kinematics import Deviation, marker_positions
-from models.world import Event, World, ideal_world
-from sim.physics.simulation import ArmSimulation, simulate
+from armtwin.models.arm import Arm
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.kinematics import Deviation, marker_positions
+from armtwin.models.world import Event, World, ideal_world
+from armtwin.sim.physics.simulation import ArmSimulation, simulate
 from tests.support.worlds import PLANE_MM, errors_rad, flat_world, scattered, upright_world, with_effect
 
 # Far below any camera's noise: 0.03 px at the tip is 75e-6 rad.

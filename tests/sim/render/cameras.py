@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from models.camera import Camera
+from armtwin.models.camera import Camera
 
 # Table 2 of the paper; the rotation is set by each test.
 K = np.array([[1438.6338, 0.0, 654.1560], [0.0, 1439.1291, 369.6557], [0.0, 0.0, 1.0]])

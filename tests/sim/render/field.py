@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from models.camera import Camera, back_project, project, project_jacobian
-from sim.render import Part, disc
+from armtwin.models.camera import Camera, back_project, project, project_jacobian
+from armtwin.sim.render import Part, disc
 
 Array = NDArray[np.float64]
 

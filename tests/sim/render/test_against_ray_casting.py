@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from models.camera import Camera, back_project
-from sim.render import LensRenderer, Light, chessboard_parts, disc
-from sim.render.stickers import BLACK, RED, WHITE
+from armtwin.models.camera import Camera, back_project
+from armtwin.sim.render import LensRenderer, Light, chessboard_parts, disc
+from armtwin.sim.render.stickers import BLACK, RED, WHITE
 from tests.sim.render.cameras import D, webcam
 
 Array = NDArray[np.float64]

@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.arm import nominal_arm
-from models.errors import InputError
-from models.frames import robot_to_board
-from models.kinematics import marker_positions
-from sim.render import arm_parts, marker_bodies, planar_arm_poses, robot_bodies_on_board
+from armtwin.models.arm import nominal_arm
+from armtwin.models.errors import InputError
+from armtwin.models.frames import robot_to_board
+from armtwin.models.kinematics import marker_positions
+from armtwin.sim.render import arm_parts, marker_bodies, planar_arm_poses, robot_bodies_on_board
 
 LENGTHS = np.array([120.0, 121.7, 38.0, 6.73])
 BASE = np.array([55.0, -15.0, -80.87])

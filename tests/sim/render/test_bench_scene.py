@@ -6,9 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from models.camera import back_project, project
-from models.errors import InputError
-from sim.render import (
+from armtwin.models.camera import back_project, project
+from armtwin.models.errors import InputError
+from armtwin.sim.render import (
     GAUGE_LENGTHS_MM,
     LensRenderer,
     chessboard_parts,

@@ -10,12 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from models.errors import JobError
-from sim.render import context
+from armtwin.models.errors import JobError
+from armtwin.sim.render import context
 
 DRAW = """
 import hashlib
-from sim.render import LensRenderer, panel_parts, arm_parts, planar_arm_poses, robot_bodies_on_board
+from armtwin.sim.render import LensRenderer, panel_parts, arm_parts, planar_arm_poses, robot_bodies_on_board
 from tests.sim.render.cameras import webcam
 lengths = [120.0, 121.7, 38.0, 6.73]
 with LensRenderer(webcam(), [*panel_parts(), *arm_parts(lengths)], shadows=True) as renderer:

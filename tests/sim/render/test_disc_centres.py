@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sim.render import LensRenderer, panel_parts
+from armtwin.sim.render import LensRenderer, panel_parts
 from tests.sim.render.cameras import webcam
 from tests.sim.render.field import GROUND_PX, RADIUS_PX, disc_field, image_centroid, measured_centroid, pixel_grid
 

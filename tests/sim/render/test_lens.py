@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from models.errors import InputError
-from sim.render.lens import fold_radius, lens_of
+from armtwin.models.errors import InputError
+from armtwin.sim.render.lens import fold_radius, lens_of
 from tests.sim.render.cameras import D, webcam
 
 

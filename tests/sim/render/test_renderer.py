@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from models.camera import Camera, project
-from models.errors import InputError
-from sim.render import (
+from armtwin.models.camera import Camera, project
+from armtwin.models.errors import InputError
+from armtwin.sim.render import (
     LensRenderer,
     Light,
     Part,
@@ -23,8 +23,8 @@ from sim.render import (
     planar_arm_poses,
     robot_bodies_on_board,
 )
-from sim.render.bench_scene import PANEL
-from sim.render.solids import box
+from armtwin.sim.render.bench_scene import PANEL
+from armtwin.sim.render.solids import box
 from tests.sim.render.cameras import webcam
 
 Array = NDArray[np.float64]
@@ -142,7 +142,7 @@ def test_closing_a_renderer_leaves_others_and_mujoco_alive() -> None:
 import os
 os.environ["MUJOCO_GL"] = "egl"
 import numpy as np, mujoco
-from sim.render import LensRenderer, panel_parts
+from armtwin.sim.render import LensRenderer, panel_parts
 from tests.sim.render.cameras import webcam
 model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><light/><geom size='1'/></worldbody></mujoco>")
 data = mujoco.MjData(model)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from sim.render.solids import EDGE_MM, bar, box, circle, extrusion, plate
-from sim.render.stickers import chessboard, disc
+from armtwin.sim.render.solids import EDGE_MM, bar, box, circle, extrusion, plate
+from armtwin.sim.render.stickers import chessboard, disc
 
 SOLIDS = {
     "box": (box((-10.0, -20.0, -30.0), (40.0, 10.0, 5.0)), 50.0 * 30.0 * 35.0),

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from sim.sealed import bench_of, hide, moved_px
-from sim.sealed.ranges import Hidden
+from armtwin.sim.sealed import bench_of, hide, moved_px
+from armtwin.sim.sealed.ranges import Hidden
 from tests.support.worlds import with_effect
 
 

@@ -3,11 +3,11 @@ import json
 import numpy as np
 import pytest
 
-from models.effects.registry import catalogue
-from models.errors import InputError
-from models.recording_reader import read_recording
-from models.recording_writer import write_recording
-from sim.sealed import EFFECTS, STRENGTHS, draw_world
+from armtwin.models.effects.registry import catalogue
+from armtwin.models.errors import InputError
+from armtwin.models.recording_reader import read_recording
+from armtwin.models.recording_writer import write_recording
+from armtwin.sim.sealed import EFFECTS, STRENGTHS, draw_world
 
 
 def test_every_effect_of_the_catalogue_can_be_hidden() -> None:

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from models.arm import Arm, nominal_arm
-from models.camera import project
-from models.camera_files import nominal_camera
-from models.frames import robot_to_board
-from models.kinematics import marker_positions
-from sim.sealed.plans import draw_plan
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.camera import project
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.frames import robot_to_board
+from armtwin.models.kinematics import marker_positions
+from armtwin.sim.sealed.plans import draw_plan
 from tests.support.worlds import BASE_MM, PLANE_MM
 
 SEEDS = pytest.mark.parametrize("seed", range(5))

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from models.errors import InputError
-from sim.sensor import IDEAL, Sensor, expose
+from armtwin.models.errors import InputError
+from armtwin.sim.sensor import IDEAL, Sensor, expose
 
 
 def flat(level: float, height: int = 240, width: int = 320) -> np.ndarray:

@@ -1,0 +1,1 @@
+"""armtwin: a simulation-first digital twin of a planar servo arm watched by one webcam."""
