@@ -9,12 +9,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from armtwin.hardware.bench_file import BenchSetup
-from armtwin.hardware.frame_quality import fault_of
-from armtwin.hardware.link import ServoLink, WrongFirmwareError
-from armtwin.hardware.ports import candidates
-from armtwin.hardware.stillness import to_grey
-from armtwin.hardware.webcam import Webcam
+from armtwin.hardware.bench.bench_file import BenchSetup
+from armtwin.hardware.camera.frame_quality import fault_of
+from armtwin.hardware.camera.stillness import to_grey
+from armtwin.hardware.camera.webcam import Webcam
+from armtwin.hardware.link.ports import candidates
+from armtwin.hardware.link.servo_link import ServoLink, WrongFirmwareError
 from armtwin.models.camera import Camera
 from armtwin.models.errors import ArmtwinError
 

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.arm import Arm
-from armtwin.models.effects.context import TYPICAL_LINK_MASS_KG, TYPICAL_TIP_MASS_KG
+from armtwin.models.catalogue.context import TYPICAL_LINK_MASS_KG, TYPICAL_TIP_MASS_KG
 from armtwin.models.kinematics import Deviation, complex_links
 from armtwin.models.servo import Servo
 from armtwin.models.units import M_PER_MM

@@ -32,12 +32,12 @@ from armtwin.models import atomic
 from armtwin.models.arm import Arm, arm_from_table
 from armtwin.models.camera import Camera
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.effects.injection import Stated
-from armtwin.models.effects.registry import effect_named
+from armtwin.models.catalogue.injection import Stated
+from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.errors import InputError
 from armtwin.models.kinematics import Deviation
-from armtwin.models.recording_reader import camera_from_table
-from armtwin.models.recording_writer import arm_table, camera_table
+from armtwin.models.recordings.reader import camera_from_table
+from armtwin.models.recordings.writer import arm_table, camera_table
 from armtwin.models.toml_reader import read_toml
 from armtwin.models.validation import FROM_LIST, ArmTable, CameraTable, Finite, Strict, check, row
 from armtwin.models.world import World, ideal_world

@@ -14,7 +14,7 @@ from armtwin.calib.diagnosis.holdout import held_out_rows
 from armtwin.models.errors import InputError
 from armtwin.models.kinematics import inverse
 from armtwin.models.plan import Plan, plan_of
-from armtwin.models.recording import Recording, make_samples
+from armtwin.models.recordings.recording import Recording, make_samples
 from armtwin.models.world import World
 from armtwin.scenarios.runner.world import build_world, declared_arm
 from armtwin.scenarios.scenario import ScenarioFile, read_scenario

@@ -18,7 +18,7 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from armtwin.hardware.bench_file import read_bench
+from armtwin.hardware.bench.bench_file import read_bench
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera_files import nominal_camera, write_camera
 from armtwin.models.errors import InputError, JobError

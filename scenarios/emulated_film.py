@@ -20,9 +20,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from armtwin.hardware.bench.servo_map import ServoMap
 from armtwin.hardware.emulator import FirmwareEmulator, Pulse
 from armtwin.hardware.emulator.mjpeg import MjpegServer, to_jpeg
-from armtwin.hardware.servo_map import ServoMap
 from armtwin.models.camera import project
 from armtwin.models.errors import ArmtwinError
 from armtwin.models.frames import robot_to_board

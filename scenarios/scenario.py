@@ -19,8 +19,8 @@ from pydantic import Field, field_validator, model_validator
 
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.effects.injection import Stated
-from armtwin.models.effects.registry import effect_named
+from armtwin.models.catalogue.injection import Stated
+from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.errors import InputError, UnreachablePoseError, nearest
 from armtwin.models.kinematics import inverse
 from armtwin.models.trajectories import CIRCLE_CENTRE_MM, ORIENTATION_RAD, SAMPLES, circle, line

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from armtwin.models.camera import project
 from armtwin.models.frames import robot_to_board
-from armtwin.models.recording import Recording, make_samples
+from armtwin.models.recordings.recording import Recording, make_samples
 from armtwin.models.world import Moment, World
 from armtwin.sim.physics.simulation import ArmSimulation, simulate
 

@@ -27,7 +27,7 @@ from armtwin.calib.arm.observations import fewest_poses, refuse_too_few, rows_to
 from armtwin.models.camera import back_project
 from armtwin.models.errors import InputError
 from armtwin.models.kinematics import Deviation
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 
 Array = NDArray[np.float64]
 

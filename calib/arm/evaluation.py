@@ -11,7 +11,7 @@ from armtwin.models.camera import back_project
 from armtwin.models.errors import InputError
 from armtwin.models.frames import board_to_robot
 from armtwin.models.kinematics import Deviation, marker_positions
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 
 Array = NDArray[np.float64]
 

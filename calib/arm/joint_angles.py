@@ -10,7 +10,7 @@ from armtwin.calib.arm.chain import Chain
 from armtwin.calib.arm.observations import refuse_too_few
 from armtwin.models.errors import InputError
 from armtwin.models.kinematics import Deviation
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 
 Array = NDArray[np.float64]
 

@@ -22,7 +22,7 @@ from armtwin.calib.arm.observations import Observations, observe, rows_to_fit
 from armtwin.calib.arm.start import start
 from armtwin.models.camera import Camera, project, project_jacobian
 from armtwin.models.errors import JobError
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 
 Array = NDArray[np.float64]
 

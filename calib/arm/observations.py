@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from armtwin.calib.arm.chain import Chain, ComplexArray
 from armtwin.models.arm import Arm
 from armtwin.models.errors import InputError, nearest
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 
 Array = NDArray[np.float64]
 

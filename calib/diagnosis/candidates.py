@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from armtwin.calib.diagnosis.fit import Data, Fit, fit
 from armtwin.calib.diagnosis.repairs import find_missed
 from armtwin.calib.diagnosis.screen import Screen, best_start
-from armtwin.models.effects.predict import Active
-from armtwin.models.effects.registry import Effect, Site, Stage, catalogue
+from armtwin.models.catalogue.predict import Active
+from armtwin.models.catalogue.registry import Effect, Site, Stage, catalogue
 
 Array = NDArray[np.float64]
 

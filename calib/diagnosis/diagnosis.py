@@ -18,9 +18,9 @@ from armtwin.calib.diagnosis.repairs import cost_unrepaired
 from armtwin.calib.diagnosis.search import Cause, Explanation, search
 from armtwin.calib.diagnosis.structure import LOUD, Trend, louder_than_noise, trends, typical_misfit
 from armtwin.calib.diagnosis.uncertainty import uncertainty
-from armtwin.models.effects.predict import Active
+from armtwin.models.catalogue.predict import Active
 from armtwin.models.errors import RecordingError
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]

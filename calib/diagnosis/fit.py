@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.calib.diagnosis.problem import Problem
-from armtwin.models.effects.predict import Active
-from armtwin.models.effects.registry import Parameter
+from armtwin.models.catalogue.predict import Active
+from armtwin.models.catalogue.registry import Parameter
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]

@@ -13,9 +13,9 @@ from armtwin.calib.diagnosis.problem import Problem
 from armtwin.calib.diagnosis.repairs import find_missed, repair
 from armtwin.calib.diagnosis.search import Explanation
 from armtwin.calib.diagnosis.structure import LOUD, Trend, typical_misfit
-from armtwin.models.effects.predict import Active
+from armtwin.models.catalogue.predict import Active
 from armtwin.models.errors import RecordingError
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]

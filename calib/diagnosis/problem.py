@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.camera import back_project
-from armtwin.models.effects.context import Context, nominal_links
-from armtwin.models.effects.predict import Active, Geometry, camera_path, joint_angles, marker_points
+from armtwin.models.catalogue.context import Context, nominal_links
+from armtwin.models.catalogue.predict import Active, Geometry, camera_path, joint_angles, marker_points
 from armtwin.models.frames import R_ROBOT_BOARD, board_to_robot, robot_to_board
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]

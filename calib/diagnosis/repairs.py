@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from armtwin.calib.diagnosis.fit import Data, Fit, point_misfit
 from armtwin.calib.diagnosis.noise import robust_std
-from armtwin.models.effects.predict import Active
-from armtwin.models.effects.registry import View, effect_named
+from armtwin.models.catalogue.predict import Active
+from armtwin.models.catalogue.registry import View, effect_named
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]

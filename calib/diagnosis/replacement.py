@@ -9,7 +9,7 @@ import numpy as np
 from armtwin.calib.diagnosis.candidates import Candidate, candidate_sites, candidates, fit_candidates
 from armtwin.calib.diagnosis.fit import Data, Fit, excess_of, fit
 from armtwin.calib.diagnosis.ties import tied
-from armtwin.models.effects.predict import Active
+from armtwin.models.catalogue.predict import Active
 
 Key = tuple[str, int | None, str | None]
 Equivalents = dict[Key, tuple[Active, ...]]

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy import linalg
 
 from armtwin.calib.diagnosis.fit import Data, Fit, difference_step
-from armtwin.models.effects.predict import Active, joint_angles
-from armtwin.models.effects.registry import Evidence, Parameter, Stage
+from armtwin.models.catalogue.predict import Active, joint_angles
+from armtwin.models.catalogue.registry import Evidence, Parameter, Stage
 
 Array = NDArray[np.float64]
 

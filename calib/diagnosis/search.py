@@ -22,7 +22,7 @@ from armtwin.calib.diagnosis.noise import estimate_noise, least_noise, robust_st
 from armtwin.calib.diagnosis.problem import Problem
 from armtwin.calib.diagnosis.repairs import Repaired, repair
 from armtwin.calib.diagnosis.replacement import Equivalents, rescanned, settle
-from armtwin.models.effects.predict import Active
+from armtwin.models.catalogue.predict import Active
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]

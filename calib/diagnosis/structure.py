@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom
-from armtwin.models.effects.context import Context
+from armtwin.models.catalogue.context import Context
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.calib.diagnosis.fit import Data, Fit, difference_step, point_misfit
-from armtwin.models.effects.predict import Active
-from armtwin.models.effects.registry import Parameter
-from armtwin.models.effects.scan import fan_about
+from armtwin.models.catalogue.predict import Active
+from armtwin.models.catalogue.registry import Parameter
+from armtwin.models.catalogue.scan import fan_about
 
 Array = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from armtwin.calib.markers.identify import identify
 from armtwin.calib.markers.reading import MarkerReading
 from armtwin.models.camera import Camera, back_project
 from armtwin.models.errors import RecordingError
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 
 # A frame of 1280 x 720 is 2.8 MB as it stands; larger files are no frames of a webcam.
 _MOST_BYTES = 64 << 20

@@ -18,13 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 import serial
 
-from armtwin.hardware import messages
 from armtwin.hardware.emulator.launcher import FirmwareEmulator, Pulse
 from armtwin.hardware.emulator.noise import NoisyLine, bad_piece
-from armtwin.hardware.frames import DELIMITER, FrameReader, encode
-from armtwin.hardware.link import ServoLink
-from armtwin.hardware.messages import ANSWER, N_SERVOS, TICKS_PER_US, Request, Status
-from armtwin.hardware.ports import open_port
+from armtwin.hardware.link import messages
+from armtwin.hardware.link.framing import DELIMITER, FrameReader, encode
+from armtwin.hardware.link.messages import ANSWER, N_SERVOS, TICKS_PER_US, Request, Status
+from armtwin.hardware.link.ports import open_port
+from armtwin.hardware.link.servo_link import ServoLink
 
 SPEED = 4.0  # times real time
 BAD_IN_A_ROW = 8  # bad frames between two good ones, at most

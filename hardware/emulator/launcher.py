@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.hardware.emulator.build import Built, build
-from armtwin.hardware.messages import N_SERVOS
+from armtwin.hardware.link.messages import N_SERVOS
 from armtwin.models.errors import JobError
 
 CLOCK_HZ = 16e6  # the Uno's crystal

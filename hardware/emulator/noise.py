@@ -12,8 +12,8 @@ import tty
 
 import numpy as np
 
-from armtwin.hardware.frames import MAX_BLOCK, MIN_PAYLOAD, FrameReader, encode
-from armtwin.hardware.ports import open_port
+from armtwin.hardware.link.framing import MAX_BLOCK, MIN_PAYLOAD, FrameReader, encode
+from armtwin.hardware.link.ports import open_port
 
 CHUNK = 4096
 POLL_S = 0.05

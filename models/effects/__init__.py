@@ -1,1 +1,1 @@
-"""Effects: one file each, gathered by `armtwin.models.effects.registry`."""
+"""Effects: one file each, gathered by `armtwin.models.catalogue.registry`."""

@@ -14,9 +14,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.models.effects.context import Context
-from armtwin.models.effects.injection import Injected, switch
-from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
+from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.injection import Injected, switch
+from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.mjcf import SOLIMP, SOLREF, add_series_hinge, heaviest_torque_nm
 from armtwin.models.servo import gentle
 from armtwin.models.world import World, joint_index

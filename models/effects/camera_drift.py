@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from armtwin.models.camera import Camera
-from armtwin.models.effects.camera_path import CameraPath
-from armtwin.models.effects.context import Context
-from armtwin.models.effects.injection import Injected
-from armtwin.models.effects.pixels import needs_camera
-from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
+from armtwin.models.catalogue.camera_path import CameraPath
+from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.injection import Injected
+from armtwin.models.catalogue.pixels import needs_camera
+from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.world import Moment, World
 
 Array = NDArray[np.float64]

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.models.effects.context import Context
-from armtwin.models.effects.injection import Injected
-from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
+from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.injection import Injected
+from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.world import World
 
 Array = NDArray[np.float64]

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.camera import Camera
-from armtwin.models.effects.camera_path import CameraPath
-from armtwin.models.effects.context import Context
-from armtwin.models.effects.injection import Injected, sample
-from armtwin.models.effects.pixels import needs_camera
-from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
-from armtwin.models.effects.scan import event_rows, since
+from armtwin.models.catalogue.camera_path import CameraPath
+from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.injection import Injected, sample
+from armtwin.models.catalogue.pixels import needs_camera
+from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
+from armtwin.models.catalogue.scan import event_rows, since
 from armtwin.models.world import Moment, World
 
 Array = NDArray[np.float64]

@@ -14,9 +14,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.models.effects.context import Context
-from armtwin.models.effects.injection import Injected
-from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
+from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.injection import Injected
+from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.errors import InputError
 from armtwin.models.mjcf import SPRING_TIME_S, add_series_hinge
 from armtwin.models.servo import gentle

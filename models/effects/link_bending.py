@@ -14,10 +14,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.models.effects.context import Context
+from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.injection import Injected
+from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.effects.gravity_sag import needs_gravity
-from armtwin.models.effects.injection import Injected
-from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
 from armtwin.models.mjcf import BEND_AT, HINGE_INERTIA_KG_M2, SPRING_TIME_S
 from armtwin.models.world import World, joint_index
 

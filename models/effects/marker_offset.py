@@ -13,11 +13,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.models.effects.context import Context
-from armtwin.models.effects.injection import Injected, switch
-from armtwin.models.effects.pixels import needs_camera
-from armtwin.models.effects.predict import PointState
-from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
+from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.injection import Injected, switch
+from armtwin.models.catalogue.pixels import needs_camera
+from armtwin.models.catalogue.predict import PointState
+from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.mjcf import ride_on_link
 from armtwin.models.units import M_PER_MM
 from armtwin.models.world import World, checked_marker

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from armtwin.models.effects.context import Context
-from armtwin.models.effects.injection import other_marker, samples
-from armtwin.models.effects.registry import Effect, Parameter, Site, Stage, View
+from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.injection import other_marker, samples
+from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage, View
 from armtwin.models.errors import InputError
 from armtwin.models.world import World, checked_marker, samples_of
 

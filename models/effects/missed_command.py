@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.models.effects.context import Context
-from armtwin.models.effects.injection import samples
-from armtwin.models.effects.registry import Effect, Parameter, Site, Stage, View
+from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.injection import samples
+from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage, View
 from armtwin.models.world import Command, Electronics, World, samples_of
 
 Array = NDArray[np.float64]

@@ -13,11 +13,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.models.effects.context import Context
+from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.injection import Injected, sample
+from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
+from armtwin.models.catalogue.scan import event_rows, since
 from armtwin.models.effects.gravity_sag import needs_gravity
-from armtwin.models.effects.injection import Injected, sample
-from armtwin.models.effects.registry import Effect, Parameter, Site, Stage
-from armtwin.models.effects.scan import event_rows, since
 from armtwin.models.mjcf import add_spring, add_tip_mass
 from armtwin.models.world import Event, World
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.models.effects.context import Context
-from armtwin.models.effects.injection import Injected
-from armtwin.models.effects.registry import Effect, Evidence, Parameter, Site, Stage
-from armtwin.models.effects.scan import fan_about
+from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.injection import Injected
+from armtwin.models.catalogue.registry import Effect, Evidence, Parameter, Site, Stage
+from armtwin.models.catalogue.scan import fan_about
 from armtwin.models.world import Command, Electronics, World
 
 Array = NDArray[np.float64]

@@ -10,9 +10,9 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from armtwin.hardware.bench_check import Finding, run_bench_check
-from armtwin.hardware.bench_file import BenchSetup, read_bench
-from armtwin.hardware.hardware_bench import HardwareBench
+from armtwin.hardware.bench.bench_check import Finding, run_bench_check
+from armtwin.hardware.bench.bench_file import BenchSetup, read_bench
+from armtwin.hardware.bench.hardware_bench import HardwareBench
 from armtwin.models.errors import InputError, JobError
 from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c
 from armtwin.scenarios.emulated_bench import EmulatedBench

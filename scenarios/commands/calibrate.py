@@ -21,9 +21,9 @@ from armtwin.calib.arm.observations import rows_to_fit
 from armtwin.models.arm import Arm
 from armtwin.models.atomic import write_json, write_text
 from armtwin.models.errors import InputError, nearest
-from armtwin.models.recording import Recording
-from armtwin.models.recording_reader import read_recording
-from armtwin.models.recording_writer import arm_table
+from armtwin.models.recordings.reader import read_recording
+from armtwin.models.recordings.recording import Recording
+from armtwin.models.recordings.writer import arm_table
 from armtwin.models.validation import ArmFile, check
 from armtwin.scenarios.commands.outputs import check_out_folder
 

@@ -10,10 +10,10 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 
-from armtwin.hardware.bench_file import BenchSetup, read_bench
-from armtwin.hardware.capture import ChangePayload, run_capture
-from armtwin.hardware.capture_folder import CaptureFolder
-from armtwin.hardware.hardware_bench import HardwareBench
+from armtwin.hardware.bench.bench_file import BenchSetup, read_bench
+from armtwin.hardware.bench.hardware_bench import HardwareBench
+from armtwin.hardware.capture.capture import ChangePayload, run_capture
+from armtwin.hardware.capture.folder import CaptureFolder
 from armtwin.models.errors import InputError, JobError
 from armtwin.models.plan import Plan
 from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c

@@ -11,11 +11,11 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from armtwin.calib.markers.recording import measure_recording
-from armtwin.models.effects.registry import register_file
+from armtwin.models.catalogue.registry import register_file
 from armtwin.models.errors import InputError
-from armtwin.models.recording import Recording
-from armtwin.models.recording_reader import read_recording
-from armtwin.models.recording_writer import write_recording
+from armtwin.models.recordings.reader import read_recording
+from armtwin.models.recordings.recording import Recording
+from armtwin.models.recordings.writer import write_recording
 from armtwin.scenarios.closed_loop import close_loop_on, described
 from armtwin.scenarios.commands.outputs import check_out_folder
 from armtwin.scenarios.diagnosis.summary import print_summary

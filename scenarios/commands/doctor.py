@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from armtwin.hardware.bench_file import read_bench
+from armtwin.hardware.bench.bench_file import read_bench
 from armtwin.hardware.doctor import Check, run_checks
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera_files import nominal_camera

@@ -12,8 +12,8 @@ from rich.progress import Progress
 from rich.table import Table
 
 from armtwin.calib.markers import MarkerReading, measure_frames, with_markers
-from armtwin.models.recording_reader import read_recording
-from armtwin.models.recording_writer import write_recording
+from armtwin.models.recordings.reader import read_recording
+from armtwin.models.recordings.writer import write_recording
 from armtwin.scenarios.commands.outputs import check_out_folder
 
 

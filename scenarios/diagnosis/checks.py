@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from armtwin.calib.diagnosis.lattice import Lattice, command_lattices
 from armtwin.models.errors import RecordingError
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 
 Array = NDArray[np.float64]
 

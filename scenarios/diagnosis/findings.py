@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause
-from armtwin.models.effects.predict import Active
+from armtwin.models.catalogue.predict import Active
 from armtwin.models.twin import Twin, TwinEffect
 
 

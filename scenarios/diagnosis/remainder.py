@@ -12,7 +12,7 @@ from armtwin.calib.diagnosis.fit import Fit
 from armtwin.calib.diagnosis.holdout import in_millimetres
 from armtwin.calib.diagnosis.problem import Problem
 from armtwin.calib.diagnosis.repairs import repair
-from armtwin.models.effects.predict import marker_points
+from armtwin.models.catalogue.predict import marker_points
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]

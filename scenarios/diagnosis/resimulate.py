@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from armtwin.calib.diagnosis.diagnosis import Diagnosis
 from armtwin.calib.diagnosis.holdout import in_millimetres
 from armtwin.calib.diagnosis.problem import Problem
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 from armtwin.models.twin import Twin, rebuild
 from armtwin.models.world import World
 from armtwin.scenarios.diagnosis.remainder import sightings

@@ -9,7 +9,7 @@ from armtwin.calib.diagnosis.diagnosis import diagnose
 from armtwin.calib.diagnosis.experiment import propose
 from armtwin.models.atomic import write_json, write_text
 from armtwin.models.plan import write_plan
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 from armtwin.models.twin import write_twin
 from armtwin.scenarios.diagnosis.checks import check_recording, notes_on
 from armtwin.scenarios.diagnosis.files import written_together

@@ -6,7 +6,7 @@ import numpy as np
 
 from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause
 from armtwin.calib.diagnosis.experiment import Experiment
-from armtwin.models.effects.registry import Stage, effect_named
+from armtwin.models.catalogue.registry import Stage, effect_named
 from armtwin.scenarios.diagnosis.findings import Estimate, estimates_of
 from armtwin.scenarios.diagnosis.resimulate import Resimulation
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from armtwin.calib.markers import identify, paper_stages
 from armtwin.calib.markers.detect import detect
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 from armtwin.scenarios.report.data import RunData
 from armtwin.scenarios.report.section import Section, fold, gallery, picture, prose, table
 from armtwin.scenarios.runner.frames import read_frame

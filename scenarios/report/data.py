@@ -8,8 +8,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from armtwin.models.recording import Recording
-from armtwin.models.recording_reader import read_recording
+from armtwin.models.recordings.reader import read_recording
+from armtwin.models.recordings.recording import Recording
 
 
 @dataclass(frozen=True)

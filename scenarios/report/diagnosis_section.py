@@ -6,7 +6,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-from armtwin.models.effects.registry import effect_named
+from armtwin.models.catalogue.registry import effect_named
 from armtwin.scenarios.report.data import RunData
 from armtwin.scenarios.report.section import Cell, Section, fold, number, prose, table
 

@@ -11,8 +11,8 @@ from armtwin.calib.camera import Board, Corners, calibrate_camera, find_corners
 from armtwin.models.atomic import folder_aside
 from armtwin.models.camera import Camera
 from armtwin.models.camera_files import nominal_camera, write_camera
-from armtwin.models.recording_reader import camera_from_table
-from armtwin.models.recording_writer import camera_table
+from armtwin.models.recordings.reader import camera_from_table
+from armtwin.models.recordings.writer import camera_table
 from armtwin.models.validation import CameraTable, check
 from armtwin.scenarios.runner.bench import simulated_bench
 from armtwin.scenarios.runner.board_views import board_poses

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause
 from armtwin.models.camera import Camera
-from armtwin.models.effects.correct import Correction, corrected_commands
-from armtwin.models.effects.predict import camera_path
-from armtwin.models.recording_writer import camera_table
+from armtwin.models.catalogue.correct import Correction, corrected_commands
+from armtwin.models.catalogue.predict import camera_path
+from armtwin.models.recordings.writer import camera_table
 from armtwin.scenarios.diagnosis.findings import estimates_of
 from armtwin.scenarios.diagnosis.sections import Story, diagnosis_sections
 from armtwin.scenarios.diagnosis.table import diagnosis_table

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.models.recording_reader import camera_from_table
+from armtwin.models.recordings.reader import camera_from_table
 from armtwin.models.validation import CameraTable, check
 from armtwin.scenarios import paper_values as paper
 from armtwin.scenarios.runner.job import Job

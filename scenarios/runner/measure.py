@@ -10,9 +10,9 @@ import numpy as np
 
 from armtwin.calib.markers import MarkerReading, measure_frames, with_markers
 from armtwin.models.errors import RecordingError
-from armtwin.models.recording import Recording, make_samples
-from armtwin.models.recording_reader import read_recording
-from armtwin.models.recording_writer import write_recording
+from armtwin.models.recordings.reader import read_recording
+from armtwin.models.recordings.recording import Recording, make_samples
+from armtwin.models.recordings.writer import write_recording
 from armtwin.scenarios.runner.camera import calibrated_camera
 from armtwin.scenarios.runner.capture import samples_before
 from armtwin.scenarios.runner.job import Job

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from armtwin.calib.arm.chain import Chain
 from armtwin.models import atomic
-from armtwin.models.recording_reader import camera_from_table
+from armtwin.models.recordings.reader import camera_from_table
 from armtwin.models.validation import CameraTable, check
 from armtwin.scenarios import paper_values as paper
 from armtwin.scenarios.runner.job import Job

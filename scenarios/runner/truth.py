@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from armtwin.models.kinematics import Deviation
-from armtwin.models.recording_writer import camera_table
+from armtwin.models.recordings.writer import camera_table
 from armtwin.scenarios.runner.world import declared_arm, true_camera, true_deviation
 from armtwin.scenarios.scenario import ScenarioFile
 

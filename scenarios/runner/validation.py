@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.calib.arm.algorithm_1 import measured_tip
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 from armtwin.scenarios.runner.capture import samples_before
 from armtwin.scenarios.runner.job import Job
 from armtwin.scenarios.runner.measure import recorded

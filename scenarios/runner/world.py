@@ -10,8 +10,8 @@ import numpy as np
 from armtwin.models.arm import Arm, nominal_arm
 from armtwin.models.camera import Camera
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.effects.injection import later
-from armtwin.models.effects.registry import effect_named
+from armtwin.models.catalogue.injection import later
+from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.kinematics import Deviation
 from armtwin.models.world import World, ideal_world
 from armtwin.scenarios.scenario import ScenarioFile

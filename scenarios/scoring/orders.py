@@ -14,7 +14,7 @@ import numpy as np
 from numpy.random import Generator
 from pydantic import Field
 
-from armtwin.models.effects.registry import catalogue
+from armtwin.models.catalogue.registry import catalogue
 from armtwin.models.errors import InputError, nearest, shown
 from armtwin.models.validation import FROM_LIST, Strict
 from armtwin.sim.sealed import EFFECTS, STRENGTHS, Sealed, Strength

@@ -15,12 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import armtwin.calib.diagnosis
+import armtwin.models.catalogue
 import armtwin.models.effects
 from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause, diagnose
 from armtwin.models import atomic
-from armtwin.models.effects.context import Context
-from armtwin.models.effects.predict import Active
-from armtwin.models.recording_reader import read_recording
+from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.predict import Active
+from armtwin.models.recordings.reader import read_recording
 from armtwin.scenarios.scoring.sealing import world_folder
 
 Array = NDArray[np.float64]
@@ -40,7 +41,7 @@ class Task:
 def code_version() -> str:
     """Return a digest of the diagnosis and of the effects: results of other code are not to be counted."""
     digest = hashlib.sha256()
-    for package in (armtwin.calib.diagnosis, armtwin.models.effects):
+    for package in (armtwin.calib.diagnosis, armtwin.models.catalogue, armtwin.models.effects):
         for path in sorted(Path(package.__path__[0]).glob("*.py")):
             digest.update(path.read_bytes())
     return digest.hexdigest()[:16]

@@ -17,8 +17,8 @@ from armtwin.calib.markers import measure_recording
 from armtwin.models import atomic
 from armtwin.models.errors import InputError, JobError
 from armtwin.models.folder_lock import only_writer
-from armtwin.models.recording import Recording
-from armtwin.models.recording_writer import write_recording
+from armtwin.models.recordings.recording import Recording
+from armtwin.models.recordings.writer import write_recording
 from armtwin.models.validation import Finite, Positive, check
 from armtwin.models.world import World
 from armtwin.scenarios.scoring.orders import Kind, Order, SealOptions, load_uncatalogued, orders

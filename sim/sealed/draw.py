@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from armtwin.models.arm import NOMINAL, Arm, nominal_arm
 from armtwin.models.camera_files import read_camera
-from armtwin.models.effects.registry import effect_named
+from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.errors import JobError
 from armtwin.models.kinematics import Deviation
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 from armtwin.models.world import World, ideal_world
 from armtwin.sim.observe import make_recording
 from armtwin.sim.sealed.displacement import Scene, moved_px

@@ -24,7 +24,7 @@ from armtwin.models.camera import project
 from armtwin.models.camera_files import read_camera
 from armtwin.models.frames import robot_to_board
 from armtwin.models.kinematics import Deviation, inverse, marker_positions
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 from armtwin.models.trajectories import paper_trajectories
 
 TARGET_MS = 5.0

@@ -20,9 +20,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.hardware.bench_file import read_bench
-from armtwin.hardware.capture_folder import CaptureFolder
-from armtwin.hardware.hardware_bench import HardwareBench
+from armtwin.hardware.bench.bench_file import read_bench
+from armtwin.hardware.bench.hardware_bench import HardwareBench
+from armtwin.hardware.capture.folder import CaptureFolder
 from armtwin.models import atomic
 from armtwin.models.bench import Frame
 from armtwin.models.plan import Plan, paper_plan

@@ -23,8 +23,8 @@ import numpy as np
 
 from armtwin.calib.diagnosis.diagnosis import Diagnosis, diagnose
 from armtwin.calib.diagnosis.experiment import propose
-from armtwin.models.effects.registry import catalogue
-from armtwin.models.recording import Recording
+from armtwin.models.catalogue.registry import catalogue
+from armtwin.models.recordings.recording import Recording
 from armtwin.sim.sealed import draw_world
 
 ROOT = Path(__file__).resolve().parents[2]

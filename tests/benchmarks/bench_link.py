@@ -11,7 +11,7 @@ import time
 import numpy as np
 
 from armtwin.hardware.emulator import FirmwareEmulator
-from armtwin.hardware.link import ServoLink
+from armtwin.hardware.link.servo_link import ServoLink
 
 
 def acknowledgement_s(moves: int, seed: int) -> np.ndarray:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import pytest
 
 from armtwin.hardware.emulator import FirmwareEmulator, missing_packages
-from armtwin.hardware.link import ServoLink
+from armtwin.hardware.link.servo_link import ServoLink
 from tests.support.bench import bench_table, scene, setup, write_bench
 
 __all__ = ["bench_table", "scene", "setup", "write_bench"]

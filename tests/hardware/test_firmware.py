@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 import serial
 
-from armtwin.hardware import messages
 from armtwin.hardware.emulator import FirmwareEmulator, Pulse, build
 from armtwin.hardware.emulator.fuzz import catch_up
-from armtwin.hardware.frames import FrameReader, decode, encode
-from armtwin.hardware.messages import DetachReason, Request, Status
-from armtwin.hardware.ports import open_port
+from armtwin.hardware.link import messages
+from armtwin.hardware.link.framing import FrameReader, decode, encode
+from armtwin.hardware.link.messages import DetachReason, Request, Status
+from armtwin.hardware.link.ports import open_port
 
 pytestmark = pytest.mark.avr
 

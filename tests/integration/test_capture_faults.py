@@ -22,19 +22,19 @@ import pytest
 import tomli_w
 
 from armtwin.calib.markers import measure_recording
-from armtwin.hardware.bench_file import BenchSetup, read_bench
-from armtwin.hardware.capture import run_capture
-from armtwin.hardware.capture_folder import CaptureFolder
+from armtwin.hardware.bench.bench_file import BenchSetup, read_bench
+from armtwin.hardware.bench.hardware_bench import HardwareBench
+from armtwin.hardware.camera.webcam import CameraLostError
+from armtwin.hardware.capture.capture import run_capture
+from armtwin.hardware.capture.folder import CaptureFolder
 from armtwin.hardware.emulator import missing_packages
-from armtwin.hardware.hardware_bench import HardwareBench
-from armtwin.hardware.link import BoardResetError, LinkLostError
-from armtwin.hardware.webcam import CameraLostError
+from armtwin.hardware.link.servo_link import BoardResetError, LinkLostError
 from armtwin.models.camera import project
 from armtwin.models.errors import JobError
 from armtwin.models.frames import robot_to_board
 from armtwin.models.kinematics import marker_positions
 from armtwin.models.plan import Plan, write_plan
-from armtwin.models.recording_reader import read_recording
+from armtwin.models.recordings.reader import read_recording
 from armtwin.scenarios.emulated_bench import EmulatedBench, paper_world
 from tests.support.disks import mounted
 

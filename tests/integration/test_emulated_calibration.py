@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 
 from armtwin.calib.arm.least_squares import ArmCalibration, calibrate
 from armtwin.calib.markers import measure_recording
-from armtwin.hardware.bench_file import BenchSetup, read_bench
-from armtwin.hardware.capture import run_capture
-from armtwin.hardware.capture_folder import CaptureFolder
+from armtwin.hardware.bench.bench_file import BenchSetup, read_bench
+from armtwin.hardware.bench.hardware_bench import HardwareBench
+from armtwin.hardware.capture.capture import run_capture
+from armtwin.hardware.capture.folder import CaptureFolder
 from armtwin.hardware.emulator import missing_packages
-from armtwin.hardware.hardware_bench import HardwareBench
-from armtwin.hardware.messages import TICKS_PER_US
+from armtwin.hardware.link.messages import TICKS_PER_US
 from armtwin.models.bench import Bench
 from armtwin.models.plan import Plan, paper_plan
-from armtwin.models.recording import Recording
-from armtwin.models.recording_reader import read_recording
+from armtwin.models.recordings.reader import read_recording
+from armtwin.models.recordings.recording import Recording
 from armtwin.scenarios.emulated_bench import EmulatedBench, paper_world
 from armtwin.scenarios.marker_finder import marker_finder
 from armtwin.sim.bench import SimulatedBench

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from armtwin.models.recording_reader import read_recording
+from armtwin.models.recordings.reader import read_recording
 from armtwin.models.twin import read_twin, rebuild
 from armtwin.sim.observe import POSE_PERIOD_S
 

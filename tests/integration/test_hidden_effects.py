@@ -19,7 +19,7 @@ from armtwin.calib.diagnosis.diagnosis import diagnose
 from armtwin.models.arm import Arm
 from armtwin.models.errors import RecordingError
 from armtwin.models.plan import plan_of
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 from armtwin.scenarios.scoring.judge import Judgement, judge
 from armtwin.scenarios.scoring.outcome import outcome_of
 from armtwin.sim.observe import make_angle_recording

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from armtwin.models.recording_reader import read_recording
+from armtwin.models.recordings.reader import read_recording
 from armtwin.models.validation import CameraTable, check
 from tests.support.disks import grow, mounted
 

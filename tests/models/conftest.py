@@ -7,7 +7,7 @@ import pytest
 
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera import Camera
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 
 
 def small_camera() -> Camera:

@@ -12,8 +12,8 @@ import tomli_w
 
 from armtwin.models.arm import Arm, nominal_arm
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.effects import registry
-from armtwin.models.effects.registry import effect_named
+from armtwin.models.catalogue import registry
+from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.errors import InputError
 from armtwin.models.kinematics import Deviation, marker_positions
 from armtwin.models.toml_reader import read_toml

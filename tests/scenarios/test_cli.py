@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.recording import Recording, make_samples
-from armtwin.models.recording_writer import write_recording
+from armtwin.models.recordings.recording import Recording, make_samples
+from armtwin.models.recordings.writer import write_recording
 from armtwin.scenarios.cli import COMMANDS, main
 from armtwin.scenarios.runner.world import declared_arm
 from armtwin.scenarios.scenario import read_scenario

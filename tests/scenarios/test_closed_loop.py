@@ -10,7 +10,7 @@ import pytest
 from armtwin.models.errors import InputError
 from armtwin.models.kinematics import Deviation
 from armtwin.models.plan import Plan, plan_of
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 from armtwin.models.world import World
 from armtwin.scenarios.cli import main
 from armtwin.scenarios.closed_loop import Round, close_loop, close_loop_on, described, go_on, record_scenario

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from armtwin.hardware.bench_file import read_bench
+from armtwin.hardware.bench.bench_file import read_bench
+from armtwin.hardware.bench.hardware_bench import HardwareBench
 from armtwin.hardware.emulator import missing_packages
-from armtwin.hardware.hardware_bench import HardwareBench
 from armtwin.models.errors import InputError
 from armtwin.scenarios.emulated_bench import EmulatedBench
 from armtwin.scenarios.marker_finder import marker_finder

@@ -11,7 +11,7 @@ import pytest
 
 from armtwin.models.errors import InputError
 from armtwin.models.folder_lock import only_writer
-from armtwin.models.recording_reader import read_recording
+from armtwin.models.recordings.reader import read_recording
 from armtwin.scenarios.cli import main
 from armtwin.scenarios.scoring.orders import SealOptions, orders
 from armtwin.scenarios.scoring.sealing import read_truth, seal, world_folder

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import tomli_w
 
-from armtwin.hardware.bench_file import BenchSetup, read_bench
+from armtwin.hardware.bench.bench_file import BenchSetup, read_bench
 from armtwin.models.camera_files import nominal_camera, write_camera
 
 BENCH: dict[str, Any] = {

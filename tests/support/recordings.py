@@ -13,7 +13,7 @@ from armtwin.models.camera import project
 from armtwin.models.camera_files import nominal_camera
 from armtwin.models.frames import robot_to_board
 from armtwin.models.kinematics import Deviation, marker_positions
-from armtwin.models.recording import Recording, make_samples
+from armtwin.models.recordings.recording import Recording, make_samples
 
 Array = NDArray[np.float64]
 Bend = Callable[[Array], Array]

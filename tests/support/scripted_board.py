@@ -10,7 +10,7 @@ import tty
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from armtwin.hardware.frames import FrameReader
+from armtwin.hardware.link.framing import FrameReader
 
 HELLO = bytes.fromhex("01 01 00 03 e803 8813 a00f d007")  # behind its status: what a good board says of itself
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.effects.registry import effect_named
+from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.kinematics import Deviation
 from armtwin.models.world import World, ideal_world
 from armtwin.sim.physics.simulation import ArmSimulation

@@ -20,8 +20,8 @@ from armtwin.calib.diagnosis.experiments.poses import (
 from armtwin.calib.diagnosis.experiments.rivals import Rivals
 from armtwin.calib.diagnosis.fit import Data, Fit
 from armtwin.models.camera import Camera
-from armtwin.models.effects.predict import Active, camera_path, marker_points
-from armtwin.models.effects.registry import Stage
+from armtwin.models.catalogue.predict import Active, camera_path, marker_points
+from armtwin.models.catalogue.registry import Stage
 from armtwin.models.frames import robot_to_board
 
 Array = NDArray[np.float64]

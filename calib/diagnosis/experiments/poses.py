@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.models.effects.context import Context
+from armtwin.models.catalogue.context import Context
 from armtwin.models.plan import MAX_STEP_RAD, steps_between
 
 Array = NDArray[np.float64]

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 from armtwin.calib.diagnosis.diagnosis import Diagnosis
 from armtwin.calib.diagnosis.fit import Data, Fit, fit
-from armtwin.models.effects.predict import Active
-from armtwin.models.effects.registry import Stage, catalogue
+from armtwin.models.catalogue.predict import Active
+from armtwin.models.catalogue.registry import Stage, catalogue
 
 # A named cause that beats what it is easily taken for by less deviance than this is worth a further look: with a
 # Gaussian's odds of exp(25 / 2) it holds, but no term has exactly the world's form.

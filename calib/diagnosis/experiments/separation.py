@@ -23,7 +23,7 @@ from armtwin.calib.diagnosis.experiments.poses import Candidate
 from armtwin.calib.diagnosis.experiments.rivals import Rivals
 from armtwin.calib.diagnosis.fit import Data, Fit, fit
 from armtwin.calib.diagnosis.uncertainty import whitened
-from armtwin.models.effects.context import Context
+from armtwin.models.catalogue.context import Context
 
 Array = NDArray[np.float64]
 

@@ -3,7 +3,7 @@
 // It boots without pulses, sends pulses only after ARM, refuses widths out of range, is never faster than its slew
 // limit, and detaches the servos when the host was silent for two seconds. If the sketch itself hangs, the processor's
 // watchdog resets it after half a second, which detaches the servos too.
-// The protocol is described, byte for byte, in hardware/protocol.md.
+// The protocol is described, byte for byte, in hardware/link/protocol.md.
 #include <avr/sleep.h>
 #include <avr/wdt.h>
 

@@ -1,4 +1,4 @@
-// Numbers of the serial protocol; hardware/protocol.md is the specification, hardware/messages.py the host's side.
+// Numbers of the serial protocol; hardware/link/protocol.md is the specification, hardware/link/messages.py the host's side.
 #pragma once
 #include <stdint.h>
 

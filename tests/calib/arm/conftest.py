@@ -11,7 +11,7 @@ from armtwin.models.arm import Arm, nominal_arm
 from armtwin.models.camera import Camera, project
 from armtwin.models.frames import robot_to_board
 from armtwin.models.kinematics import Deviation, complex_links, inverse, link_angles, marker_positions
-from armtwin.models.recording import Recording
+from armtwin.models.recordings.recording import Recording
 from armtwin.models.trajectories import paper_trajectories
 
 ARM_PLANE_Z_MM = -80.87

@@ -8,8 +8,8 @@ from armtwin.calib.arm import least_squares
 from armtwin.calib.arm.evaluation import joint_error_rms
 from armtwin.models.arm import nominal_arm
 from armtwin.models.errors import InputError
-from armtwin.models.recording import Recording
-from armtwin.models.recording_reader import read_recording
+from armtwin.models.recordings.reader import read_recording
+from armtwin.models.recordings.recording import Recording
 
 DATA = Path(__file__).resolve().parents[3].parent / "shared" / "data" / "brachiograph"
 ZEROS = np.array([0.02, -0.03, 0.08])

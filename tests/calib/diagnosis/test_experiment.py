@@ -13,7 +13,7 @@ from armtwin.calib.diagnosis.experiment import TELLING, Experiment, propose
 from armtwin.calib.diagnosis.experiments.poses import BY_HAND, NAMES, candidates, space_of
 from armtwin.calib.diagnosis.experiments.rivals import rivals_of
 from armtwin.calib.diagnosis.experiments.separation import confirmed, extended, separations
-from armtwin.models.effects.registry import catalogue
+from armtwin.models.catalogue.registry import catalogue
 from armtwin.models.kinematics import Deviation
 from armtwin.models.plan import MAX_STEP_RAD, Plan, plan_of, read_plan, write_plan
 from armtwin.models.world import World

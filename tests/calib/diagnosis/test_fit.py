@@ -10,8 +10,8 @@ import pytest
 from armtwin.calib.diagnosis.fit import Data, degrees_of_freedom, fit
 from armtwin.calib.diagnosis.problem import Problem, problem_of
 from armtwin.calib.diagnosis.screen import Screen
-from armtwin.models.effects.predict import Active
-from armtwin.models.effects.registry import Site, effect_named
+from armtwin.models.catalogue.predict import Active
+from armtwin.models.catalogue.registry import Site, effect_named
 from tests.support.recordings import DEVIATION, gain_of, recording
 
 NOISE = 0.05

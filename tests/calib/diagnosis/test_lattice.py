@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from armtwin.calib.diagnosis.lattice import command_lattices
-from armtwin.models.recording_reader import read_recording
+from armtwin.models.recordings.reader import read_recording
 
 DATA = Path(__file__).parents[4] / "shared" / "data" / "brachiograph"
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from armtwin.calib.diagnosis.problem import problem_of
-from armtwin.models.effects.predict import Active, joint_angles
-from armtwin.models.effects.registry import Site, effect_named
+from armtwin.models.catalogue.predict import Active, joint_angles
+from armtwin.models.catalogue.registry import Site, effect_named
 from tests.support.recordings import BASE_MM, recording
 
 

@@ -8,8 +8,8 @@ import pytest
 from armtwin.calib.diagnosis.fit import Data, fit
 from armtwin.calib.diagnosis.problem import problem_of
 from armtwin.calib.diagnosis.uncertainty import uncertainty
-from armtwin.models.effects.predict import Active
-from armtwin.models.effects.registry import Site, effect_named
+from armtwin.models.catalogue.predict import Active
+from armtwin.models.catalogue.registry import Site, effect_named
 from tests.support.recordings import gain_of, recording, waves
 
 WORLDS = 200

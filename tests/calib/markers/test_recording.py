@@ -15,7 +15,7 @@ from armtwin.models.camera import Camera, project
 from armtwin.models.errors import RecordingError
 from armtwin.models.frames import robot_to_board
 from armtwin.models.kinematics import marker_positions
-from armtwin.models.recording import Recording, make_samples
+from armtwin.models.recordings.recording import Recording, make_samples
 from tests.support.discs import PLANE_MM, draw_discs, take
 
 BASE_MM = np.array([40.0, -33.0, PLANE_MM])

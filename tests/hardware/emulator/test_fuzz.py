@@ -9,7 +9,7 @@ import pytest
 
 from armtwin.hardware.emulator.fuzz import fuzz_armed, fuzz_limp, fuzz_link
 from armtwin.hardware.emulator.noise import bad_piece
-from armtwin.hardware.frames import FrameReader, encode
+from armtwin.hardware.link.framing import FrameReader, encode
 
 
 @pytest.mark.avr

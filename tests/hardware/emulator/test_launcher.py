@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from armtwin.hardware.emulator import FirmwareEmulator
-from armtwin.hardware.link import ServoLink
-from armtwin.hardware.ports import open_port
+from armtwin.hardware.link.ports import open_port
+from armtwin.hardware.link.servo_link import ServoLink
 from armtwin.models.errors import JobError
 
 HOME = [1500.0, 1500.0, 1500.0]

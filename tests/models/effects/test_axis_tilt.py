@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armtwin.models.effects.predict import marker_points
+from armtwin.models.catalogue.predict import marker_points
 from tests.support.contexts import active, context_of, drawn
 
 COLUMNS = {1: "a", 2: "b", 3: "c"}

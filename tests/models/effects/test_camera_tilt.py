@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from armtwin.models.camera import project
-from armtwin.models.effects.predict import marker_points
+from armtwin.models.catalogue.predict import marker_points
 from armtwin.models.frames import robot_to_board
 from tests.support.contexts import BASE_MM, active, context_of, drawn, pixels
 

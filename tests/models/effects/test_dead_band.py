@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armtwin.models.effects.registry import Site, effect_named
+from armtwin.models.catalogue.registry import Site, effect_named
 from armtwin.models.world import Command
 from tests.support.contexts import context_of, one_joint, turned
 from tests.support.worlds import flat_world, with_effect

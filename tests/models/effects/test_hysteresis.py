@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armtwin.models.effects.registry import Site, effect_named
+from armtwin.models.catalogue.registry import Site, effect_named
 from tests.support.contexts import context_of, one_joint, turned
 from tests.support.worlds import flat_world, with_effect
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from armtwin.models.effects.registry import Site, effect_named
+from armtwin.models.catalogue.registry import Site, effect_named
 from tests.support.contexts import context_of, turned
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from armtwin.models.effects.context import Context
+from armtwin.models.catalogue.context import Context
 from tests.support.contexts import context_of, turned
 
 GRAVITY = 9.81

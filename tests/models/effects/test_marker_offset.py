@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from armtwin.models.effects.predict import marker_points
-from armtwin.models.effects.registry import Site, effect_named
+from armtwin.models.catalogue.predict import marker_points
+from armtwin.models.catalogue.registry import Site, effect_named
 from tests.support.contexts import active, context_of, drawn
 
 

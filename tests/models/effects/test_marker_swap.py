@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from armtwin.models.effects.registry import Site, View, effect_named
+from armtwin.models.catalogue.registry import Site, View, effect_named
 from tests.support.contexts import context_of, pixels
 
 NOISE_PX = 0.1

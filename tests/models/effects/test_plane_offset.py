@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from armtwin.models.effects.predict import Geometry, predict_pixels
-from armtwin.models.effects.registry import Site, effect_named
+from armtwin.models.catalogue.predict import Geometry, predict_pixels
+from armtwin.models.catalogue.registry import Site, effect_named
 from tests.support.contexts import BASE_MM, active, context_of, drawn, pixels
 
 

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armtwin.models.effects.registry import Site, effect_named
+from armtwin.models.catalogue.registry import Site, effect_named
 from tests.support.contexts import context_of, one_joint, turned
 
 PATHS = st.lists(st.floats(-1.5, 1.5), min_size=1, max_size=30)

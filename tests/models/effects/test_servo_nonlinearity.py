@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from armtwin.models.effects.registry import Site, effect_named
+from armtwin.models.catalogue.registry import Site, effect_named
 from armtwin.models.errors import InputError
 from armtwin.models.world import Command
 from tests.support.contexts import context_of, one_joint, turned

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 import tomli_w
 
-from armtwin.hardware.bench_file import read_bench
+from armtwin.hardware.bench.bench_file import read_bench
+from armtwin.hardware.bench.hardware_bench import HardwareBench
 from armtwin.hardware.emulator import missing_packages
-from armtwin.hardware.hardware_bench import HardwareBench
 from armtwin.models.errors import InputError, JobError
 from armtwin.scenarios.commands.bench_check import bench_check_command, check_bench
 from armtwin.scenarios.emulated_bench import EmulatedBench

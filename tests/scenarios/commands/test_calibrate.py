@@ -12,8 +12,8 @@ from armtwin.models.camera_files import read_camera
 from armtwin.models.errors import InputError
 from armtwin.models.frames import robot_to_board
 from armtwin.models.kinematics import Deviation, forward, inverse, marker_positions
-from armtwin.models.recording import Recording
-from armtwin.models.recording_writer import write_recording
+from armtwin.models.recordings.recording import Recording
+from armtwin.models.recordings.writer import write_recording
 from armtwin.models.trajectories import paper_trajectories
 from armtwin.scenarios.commands.calibrate import Method, calibrate_command
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from armtwin.hardware.bench_file import BenchSetup, read_bench
-from armtwin.hardware.capture_folder import CaptureFolder
+from armtwin.hardware.bench.bench_file import BenchSetup, read_bench
+from armtwin.hardware.capture.folder import CaptureFolder
 from armtwin.models.arm import Arm
 from armtwin.models.errors import InputError, RecordingError, UnreachablePoseError
 from armtwin.models.plan import Plan, write_plan

@@ -17,9 +17,9 @@ import pytest
 
 from armtwin.models.arm import Arm
 from armtwin.models.kinematics import Deviation
-from armtwin.models.recording import Recording, make_samples
-from armtwin.models.recording_reader import read_recording
-from armtwin.models.recording_writer import write_recording
+from armtwin.models.recordings.reader import read_recording
+from armtwin.models.recordings.recording import Recording, make_samples
+from armtwin.models.recordings.writer import write_recording
 from armtwin.models.twin import read_twin, rebuild
 from armtwin.scenarios.cli import main
 from armtwin.scenarios.diagnosis.resimulate import resimulate

@@ -10,7 +10,7 @@ import pytest
 
 from armtwin.hardware.doctor import check_board, check_disk, run_checks
 from armtwin.hardware.emulator import FirmwareEmulator, missing_packages
-from armtwin.hardware.frames import encode
+from armtwin.hardware.link.framing import encode
 from armtwin.models.errors import JobError
 from armtwin.scenarios.commands.doctor import describe_renderer, doctor_command
 from tests.support.bench import bench_table, write_bench

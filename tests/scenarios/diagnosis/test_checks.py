@@ -7,7 +7,7 @@ import pytest
 
 from armtwin.models.arm import Arm
 from armtwin.models.errors import RecordingError
-from armtwin.models.recording import Recording, make_samples
+from armtwin.models.recordings.recording import Recording, make_samples
 from armtwin.scenarios.diagnosis.checks import check_recording, notes_on
 
 N = 40

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from armtwin.models.errors import RecordingError
-from armtwin.models.recording import Recording, make_samples
-from armtwin.models.recording_writer import write_recording
+from armtwin.models.recordings.recording import Recording, make_samples
+from armtwin.models.recordings.writer import write_recording
 from armtwin.scenarios.commands.diagnose import measured
 from armtwin.sim.bench import SimulatedBench
 from tests.support.worlds import PLANE_MM, flat_world

@@ -14,9 +14,9 @@ import armtwin.models
 from armtwin.calib.diagnosis.diagnosis import diagnose
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.effects import registry
-from armtwin.models.effects.registry import catalogue, register_file
-from armtwin.models.recording import Recording, make_samples
+from armtwin.models.catalogue import registry
+from armtwin.models.catalogue.registry import catalogue, register_file
+from armtwin.models.recordings.recording import Recording, make_samples
 from armtwin.scenarios.diagnosis.findings import estimates_of, twin_of
 from armtwin.scenarios.diagnosis.resimulate import compare
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.recording import Recording, make_samples
+from armtwin.models.recordings.recording import Recording, make_samples
 from armtwin.scenarios.runner.measure import with_faults
 from armtwin.scenarios.scenario import ScenarioFile, check_scenario
 

@@ -3,10 +3,10 @@ import json
 import numpy as np
 import pytest
 
-from armtwin.models.effects.registry import catalogue
+from armtwin.models.catalogue.registry import catalogue
 from armtwin.models.errors import InputError
-from armtwin.models.recording_reader import read_recording
-from armtwin.models.recording_writer import write_recording
+from armtwin.models.recordings.reader import read_recording
+from armtwin.models.recordings.writer import write_recording
 from armtwin.sim.sealed import EFFECTS, STRENGTHS, draw_world
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from armtwin.models.effects.registry import catalogue
+from armtwin.models.catalogue.registry import catalogue
 from tests.support.uncatalogued import UNCATALOGUED, draw_uncatalogued
 
 

@@ -1,0 +1,69 @@
+"""Inverse kinematics of the extended twin: the commands that bring a real arm, with its effects, to wanted poses.
+
+The geometry alone is inverted in closed form (equations 5 to 9). What the effects add depends on the commands, and for
+play, friction or lag on all the commands before, so the sequence is corrected as a whole: every command is moved by
+what the predicted link angle still misses, until nothing moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.predict import Active, joint_angles
+from armtwin.models.kinematics import Deviation, inverse
+
+Array = NDArray[np.float64]
+
+_ITERATIONS = 40
+_CLOSED_RAD = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """(N, n) commands, rad, and the largest link angle by which each pose is still missed, (N,) rad."""
+
+    q_cmd: Array
+    missed_rad: Array
+
+
+def corrected_commands(history: Context, deviation: Deviation, effects: Sequence[Active], poses: Array) -> Correction:
+    """Return commands for (N, 3) poses (x mm, y mm, theta rad) that follow on the commands of `history`.
+
+    Raises `UnreachablePoseError`. Where an effect cannot be undone (rounded commands, a dead band) the commands that
+    miss least are returned.
+    """
+    wanted = inverse(history.arm, poses, delta=deviation)
+    command = wanted.copy()
+    best, best_missed = command, np.full(len(command), np.inf)
+    for _ in range(_ITERATIONS):
+        missed = wanted - joint_angles(_followed_by(history, command), effects)[len(history) :]
+        worst = np.abs(missed).max(axis=1)
+        if np.linalg.norm(worst) < np.linalg.norm(best_missed):
+            best, best_missed = command, worst
+        if worst.max() < _CLOSED_RAD:
+            break
+        command = command + missed
+    return Correction(best, best_missed)
+
+
+def _followed_by(history: Context, command: Array) -> Context:
+    """Return the context of the history's poses and then the new ones, one usual wait apart."""
+    n = len(command)
+    waits = np.diff(history.elapsed_s)
+    wait = float(np.median(waits)) if len(waits) else 1.0
+    times = None
+    if history.time_s is not None:
+        times = np.concatenate([history.time_s, history.time_s[-1] + wait * np.arange(1, n + 1)])
+    return replace(
+        history,
+        q_cmd=np.concatenate([history.q_cmd, command]),
+        time_s=times,
+        trajectory=np.concatenate([history.trajectory, np.full(n, "corrected")]),
+        payload_kg=np.concatenate([history.payload_kg, np.zeros(n)]),
+        temperature_c=None,
+    )

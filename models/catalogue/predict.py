@@ -1,0 +1,125 @@
+"""The extended twin: predicted angles, points and pixels of an arm with any set of effects."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from armtwin.models.catalogue.camera_path import CameraPath
+from armtwin.models.catalogue.context import Context, nominal_links
+from armtwin.models.catalogue.registry import Effect, Site, Stage
+from armtwin.models.frames import robot_to_board
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Active:
+    """An effect at a site with values of its parameters, (k,)."""
+
+    effect: Effect
+    site: Site
+    values: Array
+
+    @property
+    def key(self) -> tuple[str, int | None, str | None]:
+        """Its name, joint and marker."""
+        return (self.effect.name, self.site.joint, self.site.marker)
+
+    @property
+    def label(self) -> str:
+        """Its name and site for people."""
+        return f"{self.effect.name} ({'camera' if self.effect.where == 'camera' else self.site})"
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """The calibrated chain in the arm's plane.
+
+    Attributes:
+        base_mm: (2,) marker A's axis in the robot frame of the assumed base.
+        links: (n,) complex link lengths, joint zeros included: link i points along links[i] times its direction.
+        corner: complex position of planar3's corner E on the last link; 0 where it is not seen.
+
+    """
+
+    base_mm: Array
+    links: Complex
+    corner: complex = 0j
+
+
+def ordered(effects: Sequence[Active]) -> list[Active]:
+    """Sort effects in the order in which they act."""
+    return sorted(effects, key=lambda active: active.effect.stage)
+
+
+def joint_angles(context: Context, effects: Sequence[Active]) -> Array:
+    """(N, n) angles at which the links stand, rad, for the context's commands."""
+    q = context.q_cmd
+    for active in ordered(effects):
+        if active.effect.stage <= Stage.JOINT and active.effect.term is not None:
+            q = active.effect.term(context, q, active.values, active.site)
+    return q
+
+
+def marker_points(context: Context, geometry: Geometry, q: Array, effects: Sequence[Active] = ()) -> Array:
+    """(N, M, 3) markers in the robot frame, mm, for (N, n) link angles."""
+    directions = context.directions(q)
+    chain = np.concatenate(
+        [np.zeros((len(q), 1), dtype=complex), np.cumsum(geometry.links * directions, axis=-1)], axis=-1
+    )
+    columns = []
+    for name in context.markers:
+        if name == "e":
+            columns.append(chain[:, -2] + geometry.corner * directions[:, -1])
+        else:
+            columns.append(chain[:, context.arm.marker_names.index(name)])
+    z = np.stack(columns, axis=-1)
+    points = np.zeros((*z.shape, 3))
+    points[..., 0] = z.real + geometry.base_mm[0]
+    points[..., 1] = z.imag + geometry.base_mm[1]
+    state = PointState(points, directions, geometry)
+    for active in ordered(effects):
+        if active.effect.stage == Stage.POINTS and active.effect.term is not None:
+            state = active.effect.term(context, state, active.values, active.site)
+    return state.points_mm
+
+
+@dataclass(frozen=True, eq=False)
+class PointState:
+    """What a term of the POINTS stage sees: points (N, M, 3) mm, link directions (N, n), the geometry.
+
+    The directions are those of the commands; `frames` are those of the links as they are built.
+    """
+
+    points_mm: Array
+    directions: Complex
+    geometry: Geometry
+
+    def frames(self, context: Context) -> Complex:
+        """(N, n) unit direction of each link's own frame, joint zeros included."""
+        turned = self.geometry.links * np.conj(nominal_links(context.arm))
+        out: Complex = self.directions * turned / np.maximum(np.abs(turned), 1e-12)
+        return out
+
+
+def camera_path(context: Context, effects: Sequence[Active]) -> CameraPath:
+    """Return the camera's departures from its assumed pose and lens."""
+    path = CameraPath.as_assumed()
+    for active in ordered(effects):
+        if active.effect.stage == Stage.CAMERA and active.effect.term is not None:
+            path = active.effect.term(context, path, active.values, active.site)
+    return path
+
+
+def predict_pixels(context: Context, geometry: Geometry, effects: Sequence[Active], base_in_board_mm: Array) -> Array:
+    """(N, M, 2) raw pixels of the context's markers."""
+    if context.camera is None:
+        raise ValueError("a context without a camera predicts no pixels")
+    q = joint_angles(context, effects)
+    points = marker_points(context, geometry, q, effects)
+    return camera_path(context, effects).project(context.camera, robot_to_board(points, base_in_board_mm))

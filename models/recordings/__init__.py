@@ -1,0 +1,1 @@
+"""Recordings: what was measured, in memory and as a folder."""

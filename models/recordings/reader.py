@@ -1,0 +1,175 @@
+"""Reading recordings; every breach of the contract is one line with file, row and column."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import Field
+
+from armtwin.models.arm import Arm, arm_from_table
+from armtwin.models.camera import Camera, check_plane
+from armtwin.models.errors import InputError, RecordingError, nearest, shown
+from armtwin.models.recordings.recording import OPTIONAL_COLUMNS, Recording
+from armtwin.models.recordings.table import Table
+from armtwin.models.validation import FROM_LIST, HEAVIEST_KG, ArmTable, CameraTable, Finite, Strict, check
+
+Array = NDArray[np.float64]
+
+# A recording of a million poses is about 200 MB; more is no recording of this arm.
+_MAX_JSON_BYTES = 1 << 20
+_MAX_CSV_BYTES = 1 << 28
+# No detector finds a marker's centre better than to a millionth of a pixel, or is worth its name beyond a hundred.
+_LEAST_NOISE_PX = 1e-6
+_MOST_NOISE_PX = 100.0
+# Beyond these no servo works.
+_COLDEST_C = -100.0
+_HOTTEST_C = 200.0
+
+
+class _RecordingFile(Strict):
+    schema_: Literal["armtwin.recording/1"] = Field(alias="schema")
+    arm: ArmTable
+    camera: CameraTable | None = None
+    arm_plane_z_mm: Finite | None = None
+    pixel_noise_px: Annotated[float, Field(ge=_LEAST_NOISE_PX, le=_MOST_NOISE_PX)] | None = None
+    held_out: Annotated[tuple[str, ...], Field(max_length=1000), FROM_LIST] = ()
+
+
+def read_recording(folder: Path, *, unmeasured: bool = False) -> Recording:
+    """Read a recording folder; raises `RecordingError` that names the file, the key or row, and what to do.
+
+    `unmeasured` accepts one with neither markers nor measured angles: its frames are still to be measured.
+    """
+    if not folder.is_dir():
+        raise RecordingError(f"{folder}: no such folder; a recording is a folder with recording.json and samples.csv")
+    header = _read_header(folder / "recording.json")
+    arm = arm_from_table(header.arm)
+    columns, rows = _read_rows(folder / "samples.csv")
+    _check_columns(columns, arm)
+    table = Table(columns, rows)
+    markers = {name: table.pixels(name, header.camera) for name in arm.known_markers if f"{name}_u_px" in columns}
+    q_meas = table.angles(arm, "meas", may_be_empty=True) if "theta1_meas_rad" in columns else None
+    if not markers and q_meas is None and not unmeasured:
+        raise RecordingError(
+            "samples.csv: neither markers (a_u_px, ...) nor measured angles (theta1_meas_rad, ...); "
+            "`armtwin measure` finds the markers in frames/"
+        )
+    if markers and (header.camera is None or header.arm_plane_z_mm is None):
+        missing = "camera" if header.camera is None else "arm_plane_z_mm"
+        raise RecordingError(f"recording.json: key '{missing}' is missing, samples.csv has markers in pixels")
+    camera = None if header.camera is None else camera_from_table(header.camera)
+    if camera is not None and header.arm_plane_z_mm is not None:
+        try:
+            check_plane(camera, header.arm_plane_z_mm)
+        except InputError as error:
+            raise RecordingError(f"recording.json: {error}") from None
+    trajectory = table.names("trajectory")
+    for name in header.held_out:
+        if name not in trajectory:
+            raise RecordingError(
+                f"recording.json: held_out names trajectory '{shown(name)}', which samples.csv does not have"
+                + nearest(name, {str(t) for t in trajectory})
+            )
+    return Recording(
+        arm=arm,
+        camera=camera,
+        arm_plane_z_mm=header.arm_plane_z_mm,
+        pixel_noise_px=header.pixel_noise_px,
+        held_out=header.held_out,
+        sample=table.samples(),
+        time_s=table.times(),
+        trajectory=trajectory,
+        q_cmd=table.angles(arm, "cmd", may_be_empty=False),
+        markers_px=markers,
+        q_meas=q_meas,
+        payload_kg=table.within("payload_kg", 0.0, HEAVIEST_KG) if "payload_kg" in columns else None,
+        temperature_c=table.within("temperature_c", _COLDEST_C, _HOTTEST_C) if "temperature_c" in columns else None,
+        folder=folder,
+    )
+
+
+def camera_from_table(table: CameraTable) -> Camera:
+    """Return the camera of a validated table, its rotation made orthonormal (printed ones are rounded)."""
+    U, _, Vt = np.linalg.svd(np.array(table.board_to_camera_rotation))
+    R = np.array(table.board_to_camera_rotation)
+    exact = np.abs(R @ R.T - np.eye(3)).max() < 1e-12
+    return Camera(
+        image_width=table.image_width,
+        image_height=table.image_height,
+        K=np.array(table.camera_matrix),
+        D=np.array(table.distortion_coefficients),
+        R_board_camera=R if exact else U @ Vt,
+        t_board_camera_mm=np.array(table.board_to_camera_translation_mm),
+    )
+
+
+def _read_header(path: Path) -> _RecordingFile:
+    _check_is_file(path)
+    try:
+        if path.stat().st_size > _MAX_JSON_BYTES:
+            raise RecordingError(f"{path.name}: larger than {_MAX_JSON_BYTES} bytes, no header of a recording")
+        data = json.loads(path.read_text("utf-8-sig"))
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read ({error.strerror}); a recording folder needs it") from None
+    except (ValueError, RecursionError) as error:  # no JSON, no UTF-8, a whole number of thousands of digits
+        raise RecordingError(f"{path.name}: not JSON ({error})") from None
+    try:
+        return check(_RecordingFile, data, path.name)
+    except InputError as error:
+        raise RecordingError(str(error)) from None
+
+
+def _read_rows(path: Path) -> tuple[list[str], list[list[str]]]:
+    _check_is_file(path)
+    try:
+        if path.stat().st_size > _MAX_CSV_BYTES:
+            raise RecordingError(f"{path.name}: larger than {_MAX_CSV_BYTES} bytes; split the recording")
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            lines = list(csv.reader(stream))
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read ({error.strerror}); a recording folder needs it") from None
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise RecordingError(f"{path.name}: not a CSV file in UTF-8 ({error})") from None
+    while lines and not lines[-1]:  # blank lines at the end; one between rows would shift every line number
+        lines.pop()
+    if len(lines) < 2:
+        raise RecordingError(f"{path.name}: no rows; one row a pose is wanted under the line of column names")
+    columns = [name.strip() for name in lines[0]]
+    for number, line in enumerate(lines[1:], start=2):
+        if len(line) != len(columns):
+            raise RecordingError(f"{path.name}: line {number} has {len(line)} cells, the header has {len(columns)}")
+    return columns, lines[1:]
+
+
+def _check_is_file(path: Path) -> None:
+    """Refuse what is no plain file: a pipe or a device would be read without end."""
+    if not path.is_file():
+        what = "no plain file" if path.exists() else "no such file"
+        raise RecordingError(f"{path}: {what}; a recording folder needs it")
+
+
+def _check_columns(columns: list[str], arm: Arm) -> None:
+    commands = [f"theta{i + 1}_cmd_rad" for i in range(arm.n_joints)]
+    measured = [f"theta{i + 1}_meas_rad" for i in range(arm.n_joints)]
+    pixels = [f"{name}_{axis}_px" for name in arm.known_markers for axis in "uv"]
+    required = ["sample", "time_s", "trajectory", *commands]
+    valid = [*required, *pixels, *measured, *OPTIONAL_COLUMNS]
+    for name in columns:
+        if name not in valid:
+            raise RecordingError(f"samples.csv: unknown column '{shown(name)}'{nearest(name, valid)}")
+        if columns.count(name) > 1:
+            raise RecordingError(f"samples.csv: column '{name}' stands twice; keep one")
+    wanted = list(required)
+    for name in arm.known_markers:
+        if f"{name}_u_px" in columns or f"{name}_v_px" in columns:
+            wanted += [f"{name}_u_px", f"{name}_v_px"]
+    if any(name in columns for name in measured):
+        wanted += measured
+    for name in wanted:
+        if name not in columns:
+            raise RecordingError(f"samples.csv: column '{name}' is missing")
