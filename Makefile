@@ -9,12 +9,16 @@ BIN := .venv/bin
 ENVIRONMENT := .venv/.armtwin-environment
 SYSTEM := build/stamps/system-packages
 AVR := build/stamps/avr-packages
+BROWSER := build/stamps/browser
 
 # Software OpenGL through EGL: rendering needs neither a GPU nor a display. libXrender is bound when pyrender's window
 # library is imported, although no window is ever opened.
 SYSTEM_PACKAGES := libegl1 libgl1 libgles2 libgl1-mesa-dri libxrender1
 # The Uno's firmware is compiled and run in an emulator by some tests.
 AVR_PACKAGES := gcc-avr avr-libc arduino-core-avr simavr libsimavr-dev libelf-dev gcc libc6-dev
+
+# The reports are opened in a browser by some tests.
+BROWSER_PACKAGES := chromium
 
 # One thread a worker: two test workers on two cores.
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 LP_NUM_THREADS=1
@@ -37,7 +41,7 @@ setup: $(SYSTEM) $(ENVIRONMENT)
 demo: setup
 	$(BIN)/armtwin run paper --out out/paper
 
-test: setup $(AVR) check
+test: setup $(AVR) $(BROWSER) check
 	$(THREADS) $(BIN)/pytest -n 2 --dist loadgroup -m "not slow"
 
 # Whole captures on the emulated bench with faults injected, whole runs.
@@ -73,6 +77,10 @@ $(SYSTEM): .ci/system-packages Makefile
 
 $(AVR): .ci/system-packages Makefile
 	.ci/system-packages --optional $(AVR_PACKAGES)
+	@mkdir -p $(@D) && touch $@
+
+$(BROWSER): .ci/system-packages Makefile
+	.ci/system-packages --optional $(BROWSER_PACKAGES)
 	@mkdir -p $(@D) && touch $@
 
 $(ENVIRONMENT): requirements.lock pyproject.toml .ci/find-python .ci/find-uv

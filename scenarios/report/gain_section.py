@@ -6,7 +6,7 @@ from typing import Any
 
 from armtwin.scenarios.report.data import RunData
 from armtwin.scenarios.report.line_figures import LABELS, line_displacements, line_error, line_path
-from armtwin.scenarios.report.section import Cell, Section, number, plot, prose, table
+from armtwin.scenarios.report.section import Cell, Section, number, plot, plots, prose, table
 
 
 def gain_section(run: RunData) -> Section:
@@ -30,7 +30,7 @@ def gain_section(run: RunData) -> Section:
         blocks=(
             prose(_how(gain)),
             plot(line_path(goal, runs), "The tip's path as the camera measured it, three times."),
-            plot(line_displacements(goal, runs), "As Figure 5: x and y along the line, commanded and measured."),
+            plots(line_displacements(goal, runs), "As Figure 5: x and y along the line, commanded and measured."),
             plot(
                 line_error(runs, paper, floor),
                 "As Figure 6, on a logarithmic scale: distance of the tip from the commanded path. Dotted: the mean "

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
-from plotly.subplots import make_subplots
 
 from armtwin.scenarios.report.style import COLOURS, figure
 
@@ -45,32 +44,17 @@ def line_path(commanded_mm: Any, runs: Runs) -> go.Figure:
     return fig
 
 
-def line_displacements(commanded_mm: Any, runs: Runs) -> go.Figure:
+def line_displacements(commanded_mm: Any, runs: Runs) -> list[go.Figure]:
     """Return x and y along the line, commanded and measured (Figure 5)."""
-    fig = make_subplots(rows=1, cols=2, subplot_titles=["along x", "along y"])
     series = [("commanded", COLOURS["commanded"], _array(commanded_mm))]
     series += [(LABELS[name], _COLOURS[name], _array(run["measured_mm"])) for name, run in runs.items()]
-    for axis in range(2):
+    figures = []
+    for axis, letter in enumerate("xy"):
+        fig = figure("pose", f"{letter}, mm", height=360)
         for name, colour, xy in series:
-            fig.add_scatter(
-                y=xy[:, axis],
-                row=1,
-                col=axis + 1,
-                mode="lines",
-                name=name,
-                legendgroup=name,
-                line={"color": colour, "width": 2},
-                showlegend=axis == 0,
-            )
-        fig.update_yaxes(title=f"{'xy'[axis]}, mm", col=axis + 1)
-    fig.update_xaxes(title="pose")
-    fig.update_layout(
-        template="plotly_white",
-        height=360,
-        margin={"l": 60, "r": 20, "t": 40, "b": 50},
-        legend={"orientation": "h", "y": 1.1, "yanchor": "bottom"},
-    )
-    return fig
+            fig.add_scatter(y=xy[:, axis], mode="lines", name=name, line={"color": colour, "width": 2})
+        figures.append(fig)
+    return figures
 
 
 def line_error(runs: Runs, paper_mean_mm: Mapping[str, float], noise_floor_mm: float | None = None) -> go.Figure:

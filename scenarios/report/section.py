@@ -48,10 +48,12 @@ def table(header: Sequence[str], rows: Sequence[Sequence[Cell]], caption: str, m
 
 def plot(figure: go.Figure, caption: str) -> Markup:
     """Return an interactive figure; the page brings plotly.js once."""
-    inner = figure.to_html(
-        full_html=False, include_plotlyjs=False, config={"displayModeBar": False, "responsive": True}
-    )
-    return render("figure.html", inner=Markup(inner), caption=caption)  # noqa: S704  # plotly escapes its data
+    return render("figure.html", inner=_plotly(figure), caption=caption)
+
+
+def plots(figures: Sequence[go.Figure], caption: str) -> Markup:
+    """Return figures that belong together: side by side where the page is wide, one below the other on a phone."""
+    return render("plots.html", figures=[_plotly(figure) for figure in figures], caption=caption)
 
 
 def picture(image: NDArray[np.uint8], caption: str, quality: int = 88) -> Markup:
@@ -89,6 +91,13 @@ def with_std(value: float | None, std: float | None, digits: int = 4) -> str:
     if std is None or value is None or not np.isfinite(std):
         return number(value, digits)
     return f"{number(value, digits)} ± {number(std, digits)}"
+
+
+def _plotly(figure: go.Figure) -> Markup:
+    inner = figure.to_html(
+        full_html=False, include_plotlyjs=False, config={"displayModeBar": False, "responsive": True}
+    )
+    return Markup(inner)  # noqa: S704  # plotly escapes its data
 
 
 def _text(cell: Cell) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import plotly.graph_objects as go
@@ -20,18 +21,29 @@ COLOURS = {
 }
 
 
-def figure(x_title: str, y_title: str, height: int = 380, **layout: Any) -> go.Figure:
-    """Return an empty figure with axes named, units in their titles."""
+# A phone's figure is about 270 px wide between its margins; a letter of an axis title takes about 6.5 px.
+_TITLE_LETTERS = 40
+
+
+def figure(x_title: str, y_title: str, height: int = 380, title: str | None = None, **layout: Any) -> go.Figure:
+    """Return an empty figure with axes named, units in their titles; `title` says which of several it is."""
     fig = go.Figure()
+    if title is not None:
+        layout["title"] = {"text": _lines(title), "font": {"size": 14}, "x": 0.5, "xanchor": "center"}
     fig.update_layout(
         template="plotly_white",
         height=height,
-        margin={"l": 60, "r": 20, "t": 30, "b": 50},
+        margin={"l": 60, "r": 20, "t": 30 if title is None else 50, "b": 50},
         font={"family": "system-ui, sans-serif", "size": 13},
         legend={"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0},
         hovermode="closest",
         **layout,
     )
-    fig.update_xaxes(title=x_title, zeroline=False, showline=True, linecolor="#999", ticks="outside")
-    fig.update_yaxes(title=y_title, zeroline=False, showline=True, linecolor="#999", ticks="outside")
+    fig.update_xaxes(title=_lines(x_title), zeroline=False, showline=True, linecolor="#999", ticks="outside")
+    fig.update_yaxes(title=_lines(y_title), zeroline=False, showline=True, linecolor="#999", ticks="outside")
     return fig
+
+
+def _lines(title: str) -> str:
+    """Break a title into lines that fit a phone; plotly cuts off what is longer."""
+    return "<br>".join(textwrap.wrap(title, _TITLE_LETTERS))

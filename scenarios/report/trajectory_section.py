@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
-from plotly.subplots import make_subplots
 
 from armtwin.scenarios.report.data import RunData
-from armtwin.scenarios.report.section import Section, plot
+from armtwin.scenarios.report.section import Section, plot, plots
 from armtwin.scenarios.report.style import figure
 from armtwin.scenarios.runner.paper_checks import printed_equation_8_error_mm
 
@@ -32,7 +31,7 @@ def trajectory_section(run: RunData) -> Section:
             plot(
                 _paths(paths), "Commanded paths of the tip F in the robot frame, origin at marker A. Arrows: direction."
             ),
-            plot(_joints(paths), "Commanded joint angles, pose by pose, in the order of the run."),
+            plots(_joints(paths), "Commanded joint angles, pose by pose, in the order of the run."),
         ),
     )
 
@@ -53,27 +52,13 @@ def _paths(paths: dict[str, Any]) -> go.Figure:
     return fig
 
 
-def _joints(paths: dict[str, Any]) -> go.Figure:
-    fig = make_subplots(rows=1, cols=len(paths), shared_yaxes=True, subplot_titles=list(paths))
-    for column, path in enumerate(paths.values(), start=1):
+def _joints(paths: dict[str, Any]) -> list[go.Figure]:
+    figures = []
+    for name, path in paths.items():
+        fig = figure("pose", "angle, degrees", height=340, title=name)
         q = np.degrees(np.array(path["q_cmd_rad"]))
         for joint, colour in zip(range(q.shape[1]), _JOINTS, strict=False):
-            fig.add_scatter(
-                y=q[:, joint],
-                row=1,
-                col=column,
-                mode="lines",
-                line={"color": colour},
-                name=f"θ{joint + 1}",
-                legendgroup=str(joint),
-                showlegend=column == 1,
-            )
-    fig.update_layout(
-        template="plotly_white",
-        height=360,
-        margin={"l": 60, "r": 20, "t": 40, "b": 50},
-        legend={"orientation": "h", "y": 1.08, "yanchor": "bottom"},
-    )
-    fig.update_xaxes(title="pose")
-    fig.update_yaxes(title="angle, degrees", col=1)
-    return fig
+            fig.add_scatter(y=q[:, joint], mode="lines", line={"color": colour}, name=f"θ{joint + 1}")
+        fig.update_layout(legend={"y": -0.25, "yanchor": "top"})
+        figures.append(fig)
+    return figures

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from armtwin.scenarios.report.data import RunData
 from armtwin.scenarios.report.line_figures import LABELS, line_displacements, line_error, line_path
-from armtwin.scenarios.report.section import Section, number, plot, table
+from armtwin.scenarios.report.section import Section, number, plot, plots, table
 
 
 def validation_section(run: RunData) -> Section:
@@ -38,7 +38,7 @@ def validation_section(run: RunData) -> Section:
                 line_path(goal, runs),
                 "The tip's path as the camera measured it. Lines join each pose to where it should be.",
             ),
-            plot(line_displacements(goal, runs), "Figure 5: x and y along the line, commanded and measured."),
+            plots(line_displacements(goal, runs), "Figure 5: x and y along the line, commanded and measured."),
             plot(
                 line_error(runs, paper_mean_mm),
                 "Figure 6: distance of the tip from the commanded path (equation 19). Dashed: the "
