@@ -157,6 +157,7 @@ def problem_of(recording: Recording) -> Problem:
         markers=markers,
         q_cmd=recording.q_cmd,
         time_s=time if recording.has_time else None,
+        commanded_s=recording.commanded_s,
         trajectory=recording.trajectory,
         payload_kg=np.zeros(len(recording)) if recording.payload_kg is None else np.nan_to_num(recording.payload_kg),
         temperature_c=recording.temperature_c,

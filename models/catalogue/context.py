@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from armtwin.models.arm import Arm
 from armtwin.models.camera import Camera
+from armtwin.models.commands import CommandSeries, settled_commands
 from armtwin.models.kinematics import complex_links
 
 Array = NDArray[np.float64]
@@ -28,11 +29,12 @@ class Context:
         arm, camera, plane_z_mm: as assumed.
         markers: names of the markers that are seen, base first.
         q_cmd: (N, n) commands, rad, in the order they happened.
-        time_s: (N,) seconds from the first pose, or None where time was not recorded.
+        time_s: (N,) when each row was seen, s, or None where time was not recorded.
         trajectory: (N,) names.
         payload_kg: (N,) declared mass at the tip.
         temperature_c: (N,) or None.
         links: (n,) complex link lengths of the calibrated arm, mm; the drawing's until it is calibrated.
+        commanded_s: (N,) when each command was given, NaN where that is not known, or None.
 
     """
 
@@ -46,9 +48,15 @@ class Context:
     payload_kg: Array
     temperature_c: Array | None
     links: Complex
+    commanded_s: Array | None = None
 
     def __len__(self) -> int:
         return len(self.q_cmd)
+
+    @cached_property
+    def commands(self) -> CommandSeries:
+        """The commands with the times at which they were given and seen: what remembers steps through them."""
+        return settled_commands(self.q_cmd, self.time_s, self.commanded_s)
 
     @cached_property
     def clock(self) -> Array:
@@ -64,13 +72,47 @@ class Context:
         return ticks if ticks[-1] > 0 else np.arange(len(self), dtype=float)
 
     @cached_property
+    def usual_wait_s(self) -> float:
+        """Median time from a command to the sight of its row; one where time was not recorded."""
+        middle = float(np.median(self.commands.waits_s))
+        return middle if middle > 0 else 1.0
+
+    @cached_property
     def relative_waits(self) -> Array:
-        """(N,) time since the previous pose over its median; ones where time was not recorded."""
-        waits = np.diff(self.elapsed_s, prepend=self.elapsed_s[0])
-        middle = np.median(waits[1:]) if len(waits) > 1 else 0.0
-        if self.time_s is None or middle <= 0:
+        """(N,) time from each command to the sight of its row over the usual; ones where time was not recorded."""
+        return self._over_the_usual(self.commands.waits_s)
+
+    @cached_property
+    def relative_spans(self) -> Array:
+        """(N,) time from each command to the next over the usual wait; ones where time was not recorded."""
+        return self._over_the_usual(self.commands.spans_s)
+
+    def _over_the_usual(self, seconds: Array) -> Array:
+        if self.time_s is None or not np.median(self.commands.waits_s) > 0:
             return np.ones(len(self))
-        return np.clip(waits / middle, 0.05, 20.0)
+        return np.clip(seconds / self.usual_wait_s, 0.05, 20.0)
+
+    def followed_by(self, q_cmd: Array, name: str, payload_kg: Array | None = None) -> Context:
+        """Return the context of these rows and then (K, n) commands, one usual wait apart.
+
+        They carry `payload_kg` (K,), nothing where it is None, at the last temperature.
+        """
+        n = len(q_cmd)
+        time, given, warm = self.time_s, self.commanded_s, self.temperature_c
+        period = float(np.median(np.diff(self.commands.seen_s))) if len(self) > 1 else self.usual_wait_s
+        if time is not None:
+            later = time[-1] + period * np.arange(1, n + 1)
+            given = None if given is None else np.append(given, later - self.usual_wait_s)
+            time = np.append(time, later)
+        return replace(
+            self,
+            q_cmd=np.concatenate([self.q_cmd, q_cmd]),
+            time_s=time,
+            commanded_s=given,
+            trajectory=np.append(self.trajectory, np.full(n, name)),
+            payload_kg=np.append(self.payload_kg, np.zeros(n) if payload_kg is None else payload_kg),
+            temperature_c=None if warm is None else np.append(warm, np.full(n, warm[-1])),
+        )
 
     @cached_property
     def has_gravity(self) -> bool:

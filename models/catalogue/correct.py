@@ -8,7 +8,7 @@ what the predicted link angle still misses, until nothing moves.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +41,7 @@ def corrected_commands(history: Context, deviation: Deviation, effects: Sequence
     command = wanted.copy()
     best, best_missed = command, np.full(len(command), np.inf)
     for _ in range(_ITERATIONS):
-        missed = wanted - joint_angles(_followed_by(history, command), effects)[len(history) :]
+        missed = wanted - joint_angles(history.followed_by(command, "corrected"), effects)[len(history) :]
         worst = np.abs(missed).max(axis=1)
         if np.linalg.norm(worst) < np.linalg.norm(best_missed):
             best, best_missed = command, worst
@@ -49,21 +49,3 @@ def corrected_commands(history: Context, deviation: Deviation, effects: Sequence
             break
         command = command + missed
     return Correction(best, best_missed)
-
-
-def _followed_by(history: Context, command: Array) -> Context:
-    """Return the context of the history's poses and then the new ones, one usual wait apart."""
-    n = len(command)
-    waits = np.diff(history.elapsed_s)
-    wait = float(np.median(waits)) if len(waits) else 1.0
-    times = None
-    if history.time_s is not None:
-        times = np.concatenate([history.time_s, history.time_s[-1] + wait * np.arange(1, n + 1)])
-    return replace(
-        history,
-        q_cmd=np.concatenate([history.q_cmd, command]),
-        time_s=times,
-        trajectory=np.concatenate([history.trajectory, np.full(n, "corrected")]),
-        payload_kg=np.concatenate([history.payload_kg, np.zeros(n)]),
-        temperature_c=None,
-    )

@@ -1,8 +1,8 @@
 """The picture was taken before the arm arrived.
 
-The term is a first-order approach: of every step a fraction remains when the picture is taken. A bench may wait equally
-long before every picture, or take it when the next command is due; in the latter case the fraction is that of the
-median wait.
+The term is a first-order approach: of every step a fraction remains when the picture is taken, after the usual (median)
+wait, and the arm goes on until the next command. Where no times of commands were recorded, a bench may have waited
+equally long before every picture, or taken it when the next command was due.
 """
 
 from __future__ import annotations
@@ -27,14 +27,20 @@ Array = NDArray[np.float64]
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
     """Angles that lack the fraction `values[:n]` of each step."""
     remaining = np.clip(values[:-1], -0.95, 0.99)
-    waits = context.relative_waits if values[-1] else np.ones(len(context))
+    timed = values[-1] or context.commanded_s is not None
+    waits, spans = (context.relative_waits, context.relative_spans) if timed else (np.ones(len(context)),) * 2
     out = np.empty_like(q)
     state = q[0]
     for row in range(len(q)):
-        left = np.sign(remaining) * np.abs(remaining) ** waits[row]
-        state = q[row] + left * (state - q[row])
-        out[row] = state
+        to_go = state - q[row]
+        out[row] = q[row] + _left(remaining, waits[row]) * to_go
+        state = q[row] + _left(remaining, spans[row]) * to_go
     return out
+
+
+def _left(remaining: Array, usual_waits: float) -> Array:
+    """(n,) parts of a step that are left after so many usual waits."""
+    return np.sign(remaining) * np.abs(remaining) ** usual_waits
 
 
 def physical(context: Context, values: Array) -> dict[str, Any]:
@@ -55,7 +61,9 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
     if around is not None:
         return []
     n = context.arm.n_joints
-    waits = (0.0,) if np.ptp(context.relative_waits[1:]) < 1e-6 else (0.0, 1.0)
+    # One way of counting is enough where all waits are alike, and where the times of the commands are known.
+    one_way = context.commanded_s is not None or np.ptp(context.relative_waits[1:]) < 1e-6
+    waits = (0.0,) if one_way else (0.0, 1.0)
     return [np.array([*np.full(n, fraction), wait]) for fraction in (0.003, 0.05, 0.4) for wait in waits]
 
 

@@ -83,6 +83,7 @@ def read_recording(folder: Path, *, unmeasured: bool = False) -> Recording:
         held_out=header.held_out,
         sample=table.samples(),
         time_s=table.times(),
+        commanded_s=table.command_times() if "commanded_s" in columns else None,
         trajectory=trajectory,
         q_cmd=table.angles(arm, "cmd", may_be_empty=False),
         markers_px=markers,

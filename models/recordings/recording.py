@@ -14,7 +14,7 @@ from armtwin.models.camera import Camera
 Array = NDArray[np.float64]
 
 SCHEMA = "armtwin.recording/1"
-OPTIONAL_COLUMNS = ("payload_kg", "temperature_c")
+OPTIONAL_COLUMNS = ("commanded_s", "payload_kg", "temperature_c")
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +25,8 @@ class Recording:
         arm, camera: the nominal arm and the calibrated camera; `camera` is None where only angles were measured.
         arm_plane_z_mm: the arm's plane in the board frame, mm; None without a camera.
         sample: (N,) numbers of the poses; frames are named by them.
-        time_s: (N,) NaN where time was not recorded.
+        time_s: (N,) when each row was seen, s; NaN where time was not recorded.
+        commanded_s: (N,) when its command was given, on the same clock, NaN where that is not known, or None.
         trajectory: (N,) names.
         q_cmd: (N, n) commanded joint angles, rad.
         markers_px: raw pixels (N, 2) of each marker by name; NaN where it was not seen.
@@ -44,6 +45,7 @@ class Recording:
     q_cmd: Array
     markers_px: dict[str, Array] = field(default_factory=dict)
     q_meas: Array | None = None
+    commanded_s: Array | None = None
     payload_kg: Array | None = None
     temperature_c: Array | None = None
     camera: Camera | None = None

@@ -125,13 +125,34 @@ class Table:
 
     def times(self) -> Array:
         """(N,) times, s, that never run backwards; NaN where a cell is empty."""
-        times = self.numbers("time_s")
+        return self._ordered("time_s")
+
+    def command_times(self) -> Array:
+        """(N,) times of the commands, s, that never run backwards, each before its row was seen; NaN where unknown."""
+        given, seen = self._ordered("commanded_s"), self.numbers("time_s")
+        early = np.flatnonzero(given > seen)
+        if len(early):
+            row = int(early[0])
+            raise RecordingError(
+                f"{self._at(row, 'commanded_s')}: {given[row]:g} s is after time_s, {seen[row]:g} s, when the row was "
+                "seen; both are on one clock, and a command is given before what it does is seen"
+            )
+        lost = np.flatnonzero(np.isfinite(given) & ~np.isfinite(seen))
+        if len(lost):
+            row = int(lost[0])
+            raise RecordingError(
+                f"{self._at(row, 'commanded_s')}: {given[row]:g} s, and time_s is empty; say when the row was seen too"
+            )
+        return given
+
+    def _ordered(self, name: str) -> Array:
+        times = self.numbers(name)
         known = np.flatnonzero(np.isfinite(times))
         back = np.flatnonzero(np.diff(times[known]) < 0)
         if len(back):
             row = int(known[back[0] + 1])
             raise RecordingError(
-                f"{self._at(row, 'time_s')}: time runs backwards, {times[row]:g} s after "
+                f"{self._at(row, name)}: time runs backwards, {times[row]:g} s after "
                 f"{times[known[back[0]]]:g} s; rows stand in the order they happened"
             )
         return times

@@ -102,6 +102,7 @@ def _by_view(data: Data, candidate: Candidate, true: Fit, other: Fit) -> float:
         payload_kg=candidate.payload_kg,
         trajectory=np.full(n, candidate.name),
         time_s=None,
+        commanded_s=None,
         temperature_c=None,
     )
     there = replace(problem, context=context)

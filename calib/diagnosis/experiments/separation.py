@@ -23,12 +23,8 @@ from armtwin.calib.diagnosis.experiments.poses import Candidate
 from armtwin.calib.diagnosis.experiments.rivals import Rivals
 from armtwin.calib.diagnosis.fit import Data, Fit, fit
 from armtwin.calib.diagnosis.uncertainty import whitened
-from armtwin.models.catalogue.context import Context
 
 Array = NDArray[np.float64]
-
-# Time from pose to pose where the recording has none, s.
-_PERIOD_S = 1.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +39,7 @@ def extended(data: Data, candidate: Candidate, model: Fit) -> Extended:
     """Append a candidate's poses to a recording; their observations are still unknown (NaN)."""
     problem, context = data.problem, data.problem.context
     n_old, n_new = len(context), len(candidate.q_cmd)
-    longer = replace(problem, context=_longer(context, candidate))
+    longer = replace(problem, context=context.followed_by(candidate.q_cmd, candidate.name, candidate.payload_kg))
     observed = np.concatenate([problem.observed, np.full((n_new, *problem.observed.shape[1:]), np.nan)])
     longer = replace(longer, observed=observed)
     shown = np.ones((n_new, data.counts.shape[1]), dtype=bool)
@@ -110,20 +106,3 @@ def _new(at: Extended, model: Fit) -> Array:
     """Values predicted for the new points that count, flattened."""
     pixels = at.data.problem.predict(model.g, model.effects)[at.n_old :]
     return np.asarray(pixels[at.data.counts[at.n_old :]].reshape(-1))
-
-
-def _longer(context: Context, candidate: Candidate) -> Context:
-    n = len(candidate.q_cmd)
-    time = context.time_s
-    if time is not None:
-        period = float(np.median(np.diff(time))) if len(time) > 1 else _PERIOD_S
-        time = np.concatenate([time, time[-1] + period * np.arange(1, n + 1)])
-    temperature = context.temperature_c
-    return replace(
-        context,
-        q_cmd=np.concatenate([context.q_cmd, candidate.q_cmd]),
-        time_s=time,
-        trajectory=np.concatenate([context.trajectory, np.full(n, candidate.name)]),
-        payload_kg=np.concatenate([context.payload_kg, candidate.payload_kg]),
-        temperature_c=None if temperature is None else np.concatenate([temperature, np.full(n, temperature[-1])]),
-    )

@@ -206,6 +206,44 @@ def test_time_that_runs_backwards_is_refused(folder):
     refused(folder, "samples.csv: line 7, column 'time_s': time runs backwards, 2 s after 2.5 s")
 
 
+def add_command_times(folder: Path, times: list[str]) -> None:
+    path = folder / "samples.csv"
+    lines = path.read_text().splitlines()
+    cells = ["commanded_s", *times]
+    path.write_text("\n".join(f"{line},{cell}" for line, cell in zip(lines, cells, strict=True)) + "\n")
+
+
+def test_times_of_commands_are_read_where_they_stand(folder):
+    for line, seen in enumerate(["0.4", "0.8", "1.2", "1.6", "2.0", "2.4"], start=2):
+        change_cell(folder, line, "time_s", seen)
+    add_command_times(folder, ["0.0", "0.5", "", "1.3", "1.7", "2.4"])
+    np.testing.assert_array_equal(read_recording(folder).commanded_s, [0.0, 0.5, np.nan, 1.3, 1.7, 2.4])
+
+
+@pytest.mark.parametrize(
+    ("times", "message"),
+    [
+        (
+            ["9.0", "", "", "", "", ""],
+            "line 2, column 'commanded_s': 9 s is after time_s, 0.5 s, when the row was seen",
+        ),
+        (["", "0.1", "0.05", "", "", ""], "line 4, column 'commanded_s': time runs backwards, 0.05 s after 0.1 s"),
+        (["", "soon", "", "", "", ""], "line 3, column 'commanded_s': 'soon' is no number"),
+    ],
+)
+def test_a_command_is_given_before_it_is_seen_and_in_order(folder, times, message):
+    for line in range(2, 8):
+        change_cell(folder, line, "time_s", str(0.5 * (line - 1)))
+    add_command_times(folder, times)
+    refused(folder, message)
+
+
+def test_a_command_without_a_time_of_sight_is_refused(folder):
+    change_cell(folder, 3, "time_s", "")
+    add_command_times(folder, ["", "0.1", "", "", "", ""])
+    refused(folder, "line 3, column 'commanded_s': 0.1 s, and time_s is empty; say when the row was seen too")
+
+
 @pytest.mark.parametrize("column", ["f_u_px", "f_v_px"])
 def test_half_a_marker_is_refused(folder, column):
     change_cell(folder, 3, column, "")

@@ -26,7 +26,7 @@ def assert_same(one: Recording, other: Recording) -> None:
     assert one.arm.tip_mass_kg == other.arm.tip_mass_kg
     for name in ("arm_plane_z_mm", "pixel_noise_px", "held_out"):
         assert getattr(one, name) == getattr(other, name)
-    for name in ("sample", "time_s", "trajectory", "q_cmd", "q_meas", "payload_kg", "temperature_c"):
+    for name in ("sample", "time_s", "trajectory", "q_cmd", "q_meas", "commanded_s", "payload_kg", "temperature_c"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     assert list(one.markers_px) == list(other.markers_px)
     for name, pixels in one.markers_px.items():
@@ -52,6 +52,12 @@ def test_measured_angles_payload_and_temperature_read_back(recording, tmp_path):
     whole = replace(recording, q_meas=q_meas, payload_kg=rng.random(6), temperature_c=np.array([20.0] * 5 + [np.nan]))
     write_recording(tmp_path, whole)
     assert_same(read_recording(tmp_path), whole)
+
+
+def test_the_times_of_commands_read_back(recording, tmp_path):
+    timed = replace(recording, time_s=0.7 * np.arange(1, 7), commanded_s=np.array([0.0, 0.7, np.nan, 2.1, 2.8, 3.5]))
+    write_recording(tmp_path, timed)
+    assert_same(read_recording(tmp_path), timed)
 
 
 def test_a_recording_of_angles_alone_has_no_camera(tmp_path):
