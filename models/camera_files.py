@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from armtwin.models.atomic import write_text
 from armtwin.models.camera import Camera
 from armtwin.models.errors import InputError
+from armtwin.models.lenses import Lens, lens_named
 from armtwin.models.yaml_loader import CameraLoader
 
 Array = NDArray[np.float64]
@@ -47,12 +48,6 @@ def read_camera(path: Path) -> Camera:
     """
     content = _load(path)
     width, height = (_size(path, content, key) for key in ("image_width", "image_height"))
-    model = content.get("distortion_model", "plumb_bob")
-    if model != "plumb_bob":
-        raise InputError(
-            f"{path}: distortion_model: found {model!r}, wanted 'plumb_bob' (k1, k2, p1, p2, k3); "
-            "calibrate with that model"
-        )
     K = _matrix(path, content, "camera_matrix", (3, 3))
     if not (K[0, 0] > 0 and K[1, 1] > 0 and K[1, 0] == 0 and np.array_equal(K[2], [0, 0, 1])):
         raise InputError(
@@ -64,7 +59,7 @@ def read_camera(path: Path) -> Camera:
         R = _matrix(path, content, "board_to_camera_rotation", (3, 3))
         t = _matrix(path, content, "board_to_camera_translation_mm", (3, 1)).ravel()
         _check_rotation(path, R)
-    return Camera(width, height, K, _distortion(path, content), R, t)
+    return Camera(width, height, K, _lens(path, content), R, t)
 
 
 def write_camera(path: Path, camera: Camera, name: str = "camera", comment: str = "") -> None:
@@ -91,8 +86,8 @@ def _ros_lines(camera: Camera, name: str) -> list[str]:
     return [
         *_head(camera, name),
         *_block("camera_matrix", camera.K),
-        "distortion_model: plumb_bob",
-        *_block("distortion_coefficients", camera.D.reshape(1, 5)),
+        f"distortion_model: {camera.lens.model}",
+        *_block("distortion_coefficients", camera.lens.coefficients.reshape(1, -1)),
         *_block("rectification_matrix", np.eye(3)),
         *_block("projection_matrix", P),
         *_block("board_to_camera_rotation", camera.R_board_camera),
@@ -104,7 +99,7 @@ def _opencv_lines(camera: Camera, name: str) -> list[str]:
     return [
         *_head(camera, name),
         *_block("camera_matrix", camera.K, opencv=True),
-        *_block("distortion_coefficients", camera.D.reshape(5, 1), opencv=True),
+        *_block("distortion_coefficients", camera.lens.coefficients.reshape(-1, 1), opencv=True),
         *_block("board_to_camera_rotation", camera.R_board_camera, opencv=True),
         *_block("board_to_camera_translation_mm", camera.t_board_camera_mm.reshape(3, 1), opencv=True),
     ]
@@ -162,13 +157,12 @@ def _size(path: Path, content: dict[str, Any], key: str) -> int:
     return value
 
 
-def _distortion(path: Path, content: dict[str, Any]) -> Array:
-    D = _matrix(path, content, "distortion_coefficients", None).ravel()
-    if D.size not in (4, 5):
-        raise InputError(
-            f"{path}: distortion_coefficients: found {D.size} numbers, wanted 5 (k1, k2, p1, p2, k3) or 4 (k3 = 0)"
-        )
-    return np.concatenate([D, np.zeros(5 - D.size)])
+def _lens(path: Path, content: dict[str, Any]) -> Lens:
+    coefficients = _matrix(path, content, "distortion_coefficients", None).ravel()
+    try:
+        return lens_named(str(content.get("distortion_model", "plumb_bob")), coefficients)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
 
 
 def _matrix(path: Path, content: dict[str, Any], key: str, shape: tuple[int, int] | None) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from armtwin.models.errors import InputError, nearest, shown
+from armtwin.models.lenses import lens_named
 
 Model = TypeVar("Model", bound=BaseModel)
 # No measure of an arm on a table comes near it in any unit; beyond about 1e150 the square of a number overflows.
@@ -98,8 +99,8 @@ class CameraTable(Strict):
     image_width: ImageSize
     image_height: ImageSize
     camera_matrix: list[list[Finite]]
-    distortion_model: Literal["plumb_bob"] = "plumb_bob"
-    distortion_coefficients: Annotated[list[Finite], Field(min_length=5, max_length=5)]
+    distortion_model: Annotated[str, Field(max_length=100)] = "plumb_bob"
+    distortion_coefficients: Annotated[list[Finite], Field(max_length=14)]
     board_to_camera_rotation: list[list[Finite]]
     board_to_camera_translation_mm: Annotated[list[Finite], Field(min_length=3, max_length=3)]
 
@@ -117,6 +118,10 @@ class CameraTable(Strict):
             raise ValueError(
                 "camera_matrix must be [[fx, s, cx], [0, fy, cy], [0, 0, 1]] with fx, fy > 0 in pixels, at least 1"
             )
+        try:
+            lens_named(self.distortion_model, self.distortion_coefficients)
+        except InputError as error:
+            raise ValueError(str(error)) from None
         R = np.array(self.board_to_camera_rotation)
         off = abs(R @ R.T - np.eye(3)).max()
         if off > _ROTATION_TOLERANCE or np.linalg.det(R) < 0:

@@ -20,6 +20,7 @@ from armtwin.calib.camera.coverage import Coverage, cover
 from armtwin.calib.camera.uncertainty import INTRINSICS, Uncertainty, uncertainty
 from armtwin.models.camera import Camera
 from armtwin.models.errors import InputError
+from armtwin.models.lenses import PlumbBob
 
 Array = NDArray[np.float64]
 
@@ -73,8 +74,8 @@ class CameraCalibration:
     @property
     def intrinsics(self) -> dict[str, float]:
         """Value of each intrinsic parameter, named as in `INTRINSICS`."""
-        K, D = self.camera.K, self.camera.D
-        return dict(zip(INTRINSICS, [K[0, 0], K[1, 1], K[0, 2], K[1, 2], *D], strict=True))
+        K = self.camera.K
+        return {"fx": K[0, 0], "fy": K[1, 1], "cx": K[0, 2], "cy": K[1, 2], **self.camera.lens.named}
 
     @property
     def std(self) -> dict[str, float]:
@@ -119,7 +120,7 @@ def calibrate_camera(
     rotations = rotations_of(poses)
     coverage = cover(np.concatenate([view.pixels for view in views]), image_size)
     return CameraCalibration(
-        camera=Camera(*image_size, K, D, rotations[reference], poses[reference, 3:]),
+        camera=Camera(*image_size, K, PlumbBob(D), rotations[reference], poses[reference, 3:]),
         board=board,
         views=tuple(views),
         reference=reference,

@@ -14,7 +14,7 @@ from armtwin.calib.markers.candidates import Candidate, find_candidates, red_cha
 from armtwin.calib.markers.disc import WHOLE, Array, DetectorConfig, Disc, Image, Mask
 from armtwin.calib.markers.edges import EdgePoints, find_edges, first_edges, n_normals
 from armtwin.calib.markers.ellipse import Ellipses, determinants, fit_ellipses, semi_axes
-from armtwin.models.camera import Camera, back_project, distort_jacobian, project, project_jacobian
+from armtwin.models.camera import Camera, back_project, project, project_jacobian, rays_of
 
 # Relative difference of the semi-axes that is believed without evidence, one standard deviation: on the disc's plane
 # an orientation 2 degrees off at a tilt of 10; in raw pixels of an unknown camera a disc seen 15 degrees askew.
@@ -84,15 +84,12 @@ def _measure(
 def _local_plane(camera: Camera | None, centre: Array) -> Array:
     """(K, 2, 2) linear map of small pixel offsets about (K, 2) centres to the plane, up to scale.
 
-    The lens's displacement of the centres themselves is left out, which only the passes rest on. Identity without a
-    camera.
+    Identity without a camera, and where the lens has no ray for a centre.
     """
     if camera is None:
         return np.broadcast_to(np.eye(2), (len(centre), 2, 2))
-    K, R = camera.K[:2, :2], camera.R_board_camera
-    xy: Array = (centre - camera.K[:2, 2]) @ np.linalg.inv(K).T
-    on_plane = R[:2, :2] - xy[:, :, None] * R[2, :2]
-    J: Array = K @ distort_jacobian(xy, camera.D) @ on_plane
+    J = camera.K[:2, :2] @ camera.lens.jacobian(rays_of(camera, centre)) @ camera.R_board_camera[:, :2]
+    J = np.where(np.isfinite(J).all(axis=(1, 2), keepdims=True), J, np.eye(2))
     return np.asarray(np.linalg.inv(J), dtype=np.float64)
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.models.camera import Camera, distort, distort_jacobian, to_pixels
+from armtwin.models.camera import Camera, in_camera, to_pixels
 
 Array = NDArray[np.float64]
 
@@ -20,7 +20,7 @@ class CameraPath:
         rotation_rad: (N or 1, 3) rotation vector in the camera's axes, applied after the assumed pose.
         translation_mm: (N or 1, 3) shift in the camera's axes.
         focal_scale: (N or 1,) true focal length over the assumed one.
-        distortion: (5,) change of k1, k2, p1, p2, k3.
+        distortion: (m or 1,) change of the lens's coefficients.
 
     """
 
@@ -32,7 +32,7 @@ class CameraPath:
     @classmethod
     def as_assumed(cls) -> CameraPath:
         """Return the camera as it was assumed."""
-        return cls(np.zeros((1, 3)), np.zeros((1, 3)), np.ones(1), np.zeros(5))
+        return cls(np.zeros((1, 3)), np.zeros((1, 3)), np.ones(1), np.zeros(1))
 
     def turned(self, rotation_rad: Array, translation_mm: Array) -> CameraPath:
         """Add (N or 1, 3) rotations and shifts (small, so that their order does not matter)."""
@@ -47,24 +47,20 @@ class CameraPath:
         return replace(self, focal_scale=self.focal_scale * scale)
 
     def distorted(self, change: Array) -> CameraPath:
-        """Add (5,) to the distortion coefficients."""
+        """Add (m,) to the lens's coefficients."""
         return replace(self, distortion=self.distortion + change)
 
     def project(self, camera: Camera, points_board_mm: Array) -> Array:
         """Project (N, M, 3) board points, mm, to (N, M, 2) raw pixels."""
-        X = self._before_camera(camera, points_board_mm)
-        xy = distort(X[..., :2] / X[..., 2:3], camera.D + self.distortion)
-        return to_pixels(camera, xy * self._scale)
+        lens = camera.lens.changed(self.distortion)
+        return to_pixels(camera, lens.project(self._before_camera(camera, points_board_mm)) * self._scale)
 
     def slopes(self, camera: Camera, points_board_mm: Array, directions: Array) -> Array:
         """(k, N, M, 2) pixels per mm by which (N, M, 3) board points move along (k, 3) board directions."""
-        X = self._before_camera(camera, points_board_mm)
-        z = X[..., 2:3]
-        xy = X[..., :2] / z
-        lens = camera.K[:2, :2] @ distort_jacobian(xy, camera.D + self.distortion)
+        lens = camera.lens.changed(self.distortion)
+        J = camera.K[:2, :2] @ lens.jacobian(self._before_camera(camera, points_board_mm))
         along = _rotate((directions @ camera.R_board_camera.T)[:, None, None, :], self.rotation_rad[:, None, :])
-        moved = (along[..., :2] - xy * along[..., 2:3]) / z
-        return np.asarray((lens @ moved[..., None])[..., 0] * self._scale)
+        return np.asarray((J @ along[..., None])[..., 0] * self._scale)
 
     @property
     def _scale(self) -> Array:
@@ -72,7 +68,7 @@ class CameraPath:
 
     def _before_camera(self, camera: Camera, points_board_mm: Array) -> Array:
         """(N, M, 3) board points in the camera's axes, mm."""
-        X = points_board_mm @ camera.R_board_camera.T + camera.t_board_camera_mm
+        X = in_camera(camera, points_board_mm)
         if self.rotation_rad.any() or self.translation_mm.any():
             X = _rotate(X, self.rotation_rad[:, None, :]) + self.translation_mm[:, None, :]
         return X

@@ -14,26 +14,43 @@ from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.pixels import needs_camera
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
+from armtwin.models.errors import InputError
+from armtwin.models.lenses import Equidistant, Lens, no_distortion
 from armtwin.models.world import World
 
 Array = NDArray[np.float64]
 
 
-# Physical priors: what a poor calibration of a webcam is off by.
-_PRIORS = {"k1": 0.2, "k2": 0.6, "p1": 0.01, "p2": 0.01, "k3": 2.0}
+# Physical priors: what a poor calibration of a webcam is off by. The rational model's lower polynomial trades against
+# its upper one; a fisheye's coefficients multiply powers of an angle that reaches further than a pinhole's radius.
+_PRIORS = {"k1": 0.2, "k2": 0.6, "p1": 0.01, "p2": 0.01, "k3": 2.0, "k4": 0.2, "k5": 0.6, "k6": 2.0}
+_PRIORS |= dict.fromkeys(("s1", "s2", "s3", "s4", "tau_x", "tau_y"), 0.01)
+_FISHEYE_PRIORS = {"k1": 0.05, "k2": 0.05, "k3": 0.05, "k4": 0.05}
+# What can be put into any webcam's lens by name.
+_INJECTED = ("k1", "k2", "p1", "p2", "k3")
 
 
 def term(context: Context, path: CameraPath, values: Array, site: Site) -> CameraPath:
-    """Camera whose coefficients differ by `values` (5,)."""
+    """Camera whose lens has coefficients that differ by `values` (m,)."""
     return path.distorted(values)
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
-    return tuple(Parameter(name, (-20 * std, 20 * std), std) for name, std in _PRIORS.items())
+    stds = _priors(_lens(context))
+    return tuple(Parameter(name, (-20 * std, 20 * std), std) for name, std in stds.items())
 
 
 def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
-    return [] if around is not None else [np.zeros(5)]
+    return [] if around is not None else [np.zeros(len(_lens(context).names))]
+
+
+def _lens(context: Context) -> Lens:
+    return no_distortion() if context.camera is None else context.camera.lens
+
+
+def _priors(lens: Lens) -> dict[str, float]:
+    stds = _FISHEYE_PRIORS if isinstance(lens, Equidistant) else _PRIORS
+    return {name: stds[name] for name in lens.names}
 
 
 # --- how the simulated bench makes it ---
@@ -41,8 +58,12 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
     """Put another lens on the camera: changes of `k1`, `k2`, `p1`, `p2`, `k3`; a missing one is 0."""
-    change = np.array([float(parameters[name]) for name in ("k1", "k2", "p1", "p2", "k3")])
-    return replace(world, true_camera=replace(world.true_camera, D=world.true_camera.D + change))
+    camera = world.true_camera
+    strange = [name for name in _INJECTED if name not in camera.lens.names and float(parameters[name]) != 0.0]
+    if strange:
+        raise InputError(f"{strange[0]}: the lens of this camera has {', '.join(camera.lens.names)}; set one of those")
+    change = np.array([float(parameters.get(name, 0.0)) for name in camera.lens.names])
+    return replace(world, true_camera=replace(camera, lens=camera.lens.changed(change)))
 
 
 EFFECT = Effect(
@@ -54,7 +75,7 @@ EFFECT = Effect(
     term=term,
     starts=_starts,
     injector=inject,
-    injected=tuple(Injected(name, (-20 * std, 20 * std), 0.0) for name, std in _PRIORS.items()),
+    injected=tuple(Injected(name, (-20 * _PRIORS[name], 20 * _PRIORS[name]), 0.0) for name in _INJECTED),
     confused_with=("camera_tilt", "focal_length"),
     experiment="the arm spread over the whole picture, corners included; the board photographed there",
     applies=needs_camera,

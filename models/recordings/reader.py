@@ -14,6 +14,7 @@ from pydantic import Field
 from armtwin.models.arm import Arm, arm_from_table
 from armtwin.models.camera import Camera, check_plane
 from armtwin.models.errors import InputError, RecordingError, nearest, shown
+from armtwin.models.lenses import lens_named
 from armtwin.models.recordings.recording import OPTIONAL_COLUMNS, Recording
 from armtwin.models.recordings.table import Table
 from armtwin.models.validation import FROM_LIST, HEAVIEST_KG, ArmTable, CameraTable, Finite, Strict, check
@@ -103,7 +104,7 @@ def camera_from_table(table: CameraTable) -> Camera:
         image_width=table.image_width,
         image_height=table.image_height,
         K=np.array(table.camera_matrix),
-        D=np.array(table.distortion_coefficients),
+        lens=lens_named(table.distortion_model, table.distortion_coefficients),
         R_board_camera=R if exact else U @ Vt,
         t_board_camera_mm=np.array(table.board_to_camera_translation_mm),
     )

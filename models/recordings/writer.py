@@ -55,8 +55,8 @@ def camera_table(camera: Camera) -> dict[str, Any]:
         "image_width": camera.image_width,
         "image_height": camera.image_height,
         "camera_matrix": camera.K.tolist(),
-        "distortion_model": "plumb_bob",
-        "distortion_coefficients": camera.D.tolist(),
+        "distortion_model": camera.lens.model,
+        "distortion_coefficients": camera.lens.coefficients.tolist(),
         "board_to_camera_rotation": camera.R_board_camera.tolist(),
         "board_to_camera_translation_mm": camera.t_board_camera_mm.tolist(),
     }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +36,7 @@ def board_poses(camera: Camera, corners_mm: Array, n: int, rng: np.random.Genera
     """
     poses = [np.eye(4)]
     T_camera_board = np.linalg.inv(camera.T_board_camera)
-    inside = Camera(camera.image_width, camera.image_height, camera.K, camera.D, np.eye(3), np.zeros(3))
+    inside = replace(camera, R_board_camera=np.eye(3), t_board_camera_mm=np.zeros(3))
     for view in range(1, n):
         target = np.array(_REGIONS[(view - 1) % len(_REGIONS)])
         side = 2.0 * np.pi * (view - 1) * 0.381966  # the golden angle spreads the tilts evenly for any number of views

@@ -79,7 +79,7 @@ def camera_now(diagnosis: Diagnosis) -> Camera:
     camera = context.camera.moved(Rotation.from_rotvec(path.rotation_rad[-1]).as_matrix(), path.translation_mm[-1])
     K = camera.K.copy()
     K[:2, :2] *= path.focal_scale[-1]
-    return replace(camera, K=K, D=camera.D + path.distortion)
+    return replace(camera, K=K, lens=camera.lens.changed(path.distortion))
 
 
 def _cause(cause: NamedCause, diagnosis: Diagnosis) -> dict[str, Any]:

@@ -33,11 +33,11 @@ def diagnosis_results(job: Job) -> dict[str, Any]:
 def left_by_calibration(assumed: Camera, true: Camera) -> list[dict[str, Any]]:
     """State the errors of a calibrated camera as the effects that they are, in the terms of the catalogue."""
     turn = Rotation.from_matrix(true.R_board_camera @ assumed.R_board_camera.T).as_rotvec()
-    lens = zip(("k1", "k2", "p1", "p2", "k3"), true.D - assumed.D, strict=True)
+    lens = {name: value - assumed.lens.named.get(name, 0.0) for name, value in true.lens.named.items()}
     left = {
         "camera_tilt": {"tilt_x_rad": turn[0], "tilt_y_rad": turn[1]},
         "focal_length": {"scale": true.K[0, 0] / assumed.K[0, 0]},
-        "lens_distortion": dict(lens),
+        "lens_distortion": lens,
     }
     return [{"effect": name, "joint": None, "marker": None, "parameters": values} for name, values in left.items()]
 

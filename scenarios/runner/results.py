@@ -64,8 +64,7 @@ def _table_1(job: Job) -> list[dict[str, Any]]:
 def _table_2(job: Job) -> list[dict[str, Any]]:
     found, true = job.load("camera"), true_camera(job.scenario)
     camera = camera_from_table(check(CameraTable, found["camera"], "stages/camera.json"))
-    D = dict(zip(("k1", "k2", "p1", "p2", "k3"), true.D, strict=True))
-    truth = {"fx": true.K[0, 0], "fy": true.K[1, 1], "cx": true.K[0, 2], "cy": true.K[1, 2], **D}
+    truth = {"fx": true.K[0, 0], "fy": true.K[1, 1], "cx": true.K[0, 2], "cy": true.K[1, 2], **true.lens.named}
     rows = [
         {
             "parameter": name,

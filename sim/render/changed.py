@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from armtwin.models.camera import Camera, project
+from armtwin.models.camera import Camera, corner_angle_rad, in_camera, project
 from armtwin.sim.render.solids import steps
 
 Array = NDArray[np.float64]
@@ -36,15 +36,14 @@ def outline(mesh: trimesh.Trimesh) -> Array:
 def covered_box(camera: Camera, points_board_mm: Array) -> tuple[int, int, int, int]:
     """Bound the projections of (N, 3) points: u0, v0, u1, v1 in whole pixels inside the picture, end exclusive.
 
-    The whole picture where a point lies beside or behind the camera, or so far out that the lens folds.
+    The whole picture where a point lies so far out that the lens folds, or much farther than the picture's corners.
     """
     whole = (0, 0, camera.image_width, camera.image_height)
-    X = points_board_mm @ camera.R_board_camera.T + camera.t_board_camera_mm
-    pixels = project(camera, points_board_mm)
-    half_diagonal = np.hypot(camera.image_width, camera.image_height)
-    pinhole = X[:, :2] / X[:, 2:3] * camera.K[0, 0]
-    if np.any(X[:, 2] <= 0.0) or np.abs(pinhole).max() > half_diagonal:
+    X = in_camera(camera, points_board_mm)
+    angle = np.arctan2(np.hypot(X[:, 0], X[:, 1]), X[:, 2]).max()
+    if not angle < min(2.0 * corner_angle_rad(camera), camera.lens.limit_rad):
         return whole
+    pixels = project(camera, points_board_mm)
     low = np.floor(pixels.min(axis=0)).astype(int) - _MARGIN_PX
     high = np.ceil(pixels.max(axis=0)).astype(int) + 1 + _MARGIN_PX
     u0, v0 = np.clip(low, 0, whole[2:])

@@ -11,7 +11,7 @@ from OpenGL import GL
 
 from armtwin.models.errors import InputError
 from armtwin.sim.render.frame_buffer import Box, FrameBuffer
-from armtwin.sim.render.lens import Lens
+from armtwin.sim.render.lens import LensUniforms
 from armtwin.sim.render.light import Light, Shadow
 from armtwin.sim.render.parts import Part, merge
 from armtwin.sim.render.program import MAX_BODIES, Drawing, LensProgram
@@ -60,7 +60,7 @@ class Painter:
         self._shadow: Shadow | None = None
 
     def set_view(
-        self, lens: Lens, T_board_camera: Array, T_body_board: Array, light: Light, shadow: Shadow | None
+        self, lens: LensUniforms, T_board_camera: Array, T_body_board: Array, light: Light, shadow: Shadow | None
     ) -> None:
         """Place the camera, the lamp and the (B, 4, 4) bodies, the first being the board frame itself, mm."""
         self._shadow = shadow

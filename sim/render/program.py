@@ -10,7 +10,7 @@ from OpenGL import GL
 from pyrender.primitive import Primitive
 from pyrender.shader_program import ShaderProgram
 
-from armtwin.sim.render.lens import Lens
+from armtwin.sim.render.lens import LensUniforms
 from armtwin.sim.render.parts import Buffers, Colour
 
 Array = NDArray[np.float64]
@@ -36,11 +36,14 @@ class LensProgram:
         """Draw with these shaders from now on."""
         GL.glUseProgram(self._id)
 
-    def set_lens(self, lens: Lens, image_size: tuple[int, int]) -> None:
-        """Set the intrinsics, for pictures of `image_size` pixels."""
+    def set_lens(self, lens: LensUniforms, image_size: tuple[int, int]) -> None:
+        """Set the lens, for pictures of `image_size` pixels."""
         GL.glUniformMatrix3fv(self._at("K"), 1, GL.GL_TRUE, np.ascontiguousarray(lens.K, np.float32))
-        GL.glUniform3f(self._at("radial"), *lens.radial)
+        GL.glUniform1i(self._at("fisheye"), lens.fisheye)
+        GL.glUniform4f(self._at("radial"), *lens.radial)
+        GL.glUniform3f(self._at("divisor"), *lens.divisor)
         GL.glUniform2f(self._at("tangential"), *lens.tangential)
+        GL.glUniform4f(self._at("prism"), *lens.prism)
         GL.glUniform1f(self._at("linear_from"), lens.linear_from)
         GL.glUniform2f(self._at("image_size"), *image_size)
         GL.glUniform2f(self._at("depth_range"), *DEPTH_RANGE_MM)

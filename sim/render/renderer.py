@@ -13,7 +13,7 @@ from armtwin.models.camera import Camera
 from armtwin.models.errors import InputError
 from armtwin.sim.render.changed import covered_box, outline
 from armtwin.sim.render.context import create_context
-from armtwin.sim.render.lens import lens_of
+from armtwin.sim.render.lens import uniforms_of
 from armtwin.sim.render.light import Light, shadow_on
 from armtwin.sim.render.parts import Part
 
@@ -29,7 +29,7 @@ class LensRenderer:
     ones can cover. A camera that changes at every frame costs a whole frame each time.
 
     Args:
-        camera: intrinsics, distortion, pose and picture size.
+        camera: intrinsics, lens, pose and picture size.
         parts: what to draw; each part's body is looked up in the poses given to `render`.
         supersampling: samples along each side of a pixel.
         shadows: whether the lamp throws shadows on the backdrop.
@@ -86,8 +86,9 @@ class LensRenderer:
         camera = self._camera
         T_body_board = self._stack(poses)
         self._context.make_current()
-        self._painter.set_view(lens_of(camera), camera.T_board_camera, T_body_board, self._light, self._shadow)
-        key = b"".join(a.tobytes() for a in (camera.K, camera.D, camera.R_board_camera, camera.t_board_camera_mm))
+        self._painter.set_view(uniforms_of(camera), camera.T_board_camera, T_body_board, self._light, self._shadow)
+        numbers = (camera.K, camera.lens.coefficients, camera.R_board_camera, camera.t_board_camera_mm)
+        key = camera.lens.model.encode() + b"".join(a.tobytes() for a in numbers)
         standing, self._seen = key == self._seen, key
         if not standing:
             return _average(self._painter.draw_whole(), self._painter.supersampling)

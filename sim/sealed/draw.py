@@ -16,6 +16,7 @@ from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.errors import JobError
 from armtwin.models.kinematics import Deviation
 from armtwin.models.recordings.recording import Recording
+from armtwin.models.recordings.writer import camera_table
 from armtwin.models.world import World, ideal_world
 from armtwin.sim.observe import make_recording
 from armtwin.sim.sealed.displacement import Scene, moved_px
@@ -196,19 +197,10 @@ def _plain(parameters: dict[str, Any]) -> dict[str, Any]:
 
 def truth_of(world: World, scene: Scene, effects: list[dict[str, Any]], strength: str | None) -> dict[str, Any]:
     """Return the truth about a world as plain data, with the keys of `truth.json`."""
-    camera = world.true_camera
     return {
         "link_lengths_mm": (world.arm.link_lengths_mm + world.deviation.lengths_mm).tolist(),
         "joint_offsets_rad": world.deviation.joints_rad.tolist(),
-        "camera": {
-            "image_width": camera.image_width,
-            "image_height": camera.image_height,
-            "camera_matrix": camera.K.tolist(),
-            "distortion_model": "plumb_bob",
-            "distortion_coefficients": camera.D.tolist(),
-            "board_to_camera_rotation": camera.R_board_camera.tolist(),
-            "board_to_camera_translation_mm": camera.t_board_camera_mm.tolist(),
-        },
+        "camera": camera_table(world.true_camera),
         "arm_plane_z_mm": float(world.base_in_board_mm[2]),
         "base_in_board_mm": world.base_in_board_mm.tolist(),
         "effects": effects,

@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.camera import Camera, back_project
+from armtwin.models.lenses import PlumbBob
 from armtwin.sim.render import LensRenderer, Part, arm_parts, panel_parts, planar_arm_poses, robot_bodies_on_board
 
 Array = NDArray[np.float64]
@@ -43,7 +44,7 @@ PRINTED_ROTATION = np.array([[-0.9988, 0.0041, 0.0497], [-0.0047, -0.9999, -0.01
 def webcam() -> Camera:
     """The paper's camera."""
     u, _, vt = np.linalg.svd(PRINTED_ROTATION)
-    return Camera(WIDTH, HEIGHT, K, D, u @ vt, np.array([118.6608, 41.34, 565.437]))
+    return Camera(WIDTH, HEIGHT, K, PlumbBob(D), u @ vt, np.array([118.6608, 41.34, 565.437]))
 
 
 def scene(camera: Camera) -> tuple[list[Part], Array]:

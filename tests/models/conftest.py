@@ -7,6 +7,7 @@ import pytest
 
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera import Camera
+from armtwin.models.lenses import PlumbBob
 from armtwin.models.recordings.recording import Recording
 
 
@@ -15,7 +16,7 @@ def small_camera() -> Camera:
         1280,
         720,
         np.array([[1438.6338, 0.0, 654.1560], [0.0, 1439.1291, 369.6557], [0.0, 0.0, 1.0]]),
-        np.array([0.1630, 0.0428, 0.0064, 0.0016, -2.1819]),
+        PlumbBob(np.array([0.1630, 0.0428, 0.0064, 0.0016, -2.1819])),
         np.diag([-1.0, -1.0, 1.0]),
         np.array([118.6608, 41.3400, 565.4370]),
     )

@@ -7,13 +7,11 @@ from hypothesis import strategies as st
 from armtwin.models.camera import (
     Camera,
     back_project,
-    distort,
-    distort_jacobian,
-    normalise,
     project,
     project_jacobian,
-    undistort,
+    rays_of,
 )
+from armtwin.models.lenses import PlumbBob
 
 # Table 2, printed as a row-vector matrix with four digits: transposed and made orthonormal for column vectors.
 PRINTED_R = np.array([[-0.9988, -0.0047, 0.0496], [0.0041, -0.9999, -0.0129], [0.0497, -0.0127, 0.9987]])
@@ -27,7 +25,7 @@ def orthonormal(R):
     return U @ Vt
 
 
-CAMERA = Camera(1280, 720, K, TABLE_2_D, orthonormal(PRINTED_R.T), np.array([118.6608, 41.3400, 565.4370]))
+CAMERA = Camera(1280, 720, K, PlumbBob(TABLE_2_D), orthonormal(PRINTED_R.T), np.array([118.6608, 41.3400, 565.4370]))
 mild_coefficients = st.tuples(
     st.floats(-0.3, 0.3), st.floats(-0.1, 0.1), st.floats(-0.01, 0.01), st.floats(-0.01, 0.01), st.floats(-0.1, 0.1)
 ).map(np.array)
@@ -54,7 +52,7 @@ def test_distortion_is_equation_15_written_out():
         radial * x + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
         radial * y + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
     ]
-    np.testing.assert_allclose(distort(np.array([[x, y]]), TABLE_2_D)[0], expected, atol=1e-15)
+    np.testing.assert_allclose(PlumbBob(TABLE_2_D).distort(np.array([[x, y]]))[0], expected, atol=1e-15)
 
 
 def test_projection_is_opencvs():
@@ -67,18 +65,18 @@ def test_projection_is_opencvs():
 def test_undistort_inverts_distort_to_1e_10_over_the_whole_picture_of_table_2():
     pixels = whole_picture()
     distorted = (pixels - K[:2, 2]) / np.diag(K)[:2]
-    corrected = undistort(distorted, TABLE_2_D)
-    np.testing.assert_allclose(distort(corrected, TABLE_2_D), distorted, atol=1e-10)
+    corrected = PlumbBob(TABLE_2_D).undistort(distorted)
+    np.testing.assert_allclose(PlumbBob(TABLE_2_D).distort(corrected), distorted, atol=1e-10)
 
 
 @given(mild_coefficients, st.lists(st.tuples(st.floats(-0.45, 0.45), st.floats(-0.3, 0.3)), min_size=1).map(np.array))
 def test_undistort_of_distort_is_the_point_to_1e_10_for_mild_coefficients(D, points):
-    np.testing.assert_allclose(undistort(distort(points, D), D), points, atol=1e-10)
+    np.testing.assert_allclose(PlumbBob(D).undistort(PlumbBob(D).distort(points)), points, atol=1e-10)
 
 
 def test_points_beyond_the_fold_of_the_polynomial_come_back_as_nan():
     beyond = np.array([[1.5, 0.0], [0.1, 0.1]])
-    corrected = undistort(beyond, TABLE_2_D)
+    corrected = PlumbBob(TABLE_2_D).undistort(beyond)
     assert np.isnan(corrected[0]).all()
     assert np.isfinite(corrected[1]).all()
 
@@ -90,10 +88,12 @@ def test_an_unseen_marker_stays_unseen():
 @given(mild_coefficients)
 def test_the_distortions_derivative_is_that_of_central_differences(D):
     points = np.random.default_rng(0).uniform(-0.4, 0.4, (8, 2))
-    J = distort_jacobian(points, D)
+    J = PlumbBob(D).distort_jacobian(points)
     for k in range(2):
         h = np.eye(2)[k] * 1e-6
-        np.testing.assert_allclose(J[..., k], (distort(points + h, D) - distort(points - h, D)) / 2e-6, atol=1e-8)
+        np.testing.assert_allclose(
+            J[..., k], (PlumbBob(D).distort(points + h) - PlumbBob(D).distort(points - h)) / 2e-6, atol=1e-8
+        )
 
 
 def test_the_projections_derivative_is_that_of_central_differences():
@@ -122,7 +122,7 @@ def test_equation_16_with_the_row_vector_matrix_m_is_back_projection(pixels, z0)
     K_rows = np.array([[K[0, 0], 0, 0], [K[0, 1], K[1, 1], 0], [K[0, 2], K[1, 2], 1]])
     RT_rows = np.vstack([CAMERA.R_board_camera.T, CAMERA.t_board_camera_mm])
     m = RT_rows @ K_rows  # equation (14), 4 x 3
-    corrected = normalise(CAMERA, pixels) @ K[:2, :2].T + K[:2, 2]
+    corrected = rays_of(CAMERA, pixels)[..., :2] @ K[:2, :2].T + K[:2, 2]
     for (u, v), found in zip(corrected, back_project(CAMERA, pixels, z0), strict=True):
         left = np.array(
             [[m[0, 0] - m[0, 2] * u, m[1, 0] - m[1, 2] * u], [m[0, 1] - m[0, 2] * v, m[1, 1] - m[1, 2] * v]]
@@ -138,10 +138,10 @@ def test_equation_16_with_the_row_vector_matrix_m_is_back_projection(pixels, z0)
 
 
 def test_a_skewed_camera_normalises_what_it_projects():
-    skewed = Camera(1280, 720, K + np.array([[0, 3.0, 0], [0, 0, 0], [0, 0, 0]]), TABLE_2_D, *pose())
+    skewed = Camera(1280, 720, K + np.array([[0, 3.0, 0], [0, 0, 0], [0, 0, 0]]), PlumbBob(TABLE_2_D), *pose())
     points = board_points()
     X = points @ skewed.R_board_camera.T + skewed.t_board_camera_mm
-    np.testing.assert_allclose(normalise(skewed, project(skewed, points)), X[:, :2] / X[:, 2:], atol=1e-10)
+    np.testing.assert_allclose(rays_of(skewed, project(skewed, points))[..., :2], X[:, :2] / X[:, 2:], atol=1e-10)
 
 
 def pose():
@@ -149,7 +149,7 @@ def pose():
 
 
 def test_the_centre_of_the_top_left_pixel_is_zero_zero():
-    plain = Camera(1280, 720, K, np.zeros(5), np.eye(3), np.zeros(3))
+    plain = Camera(1280, 720, K, PlumbBob(np.zeros(5)), np.eye(3), np.zeros(3))
     ray = np.array([[-K[0, 2] / K[0, 0], -K[1, 2] / K[1, 1], 1.0]])
     np.testing.assert_allclose(project(plain, ray), [[0.0, 0.0]], atol=1e-12)
 

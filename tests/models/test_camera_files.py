@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from armtwin.models.camera import Camera, project
 from armtwin.models.camera_files import MAX_FILE_BYTES, nominal_camera, read_camera, write_camera
 from armtwin.models.errors import InputError
+from armtwin.models.lenses import PlumbBob
 
 CHESSBOARD = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "chessboard"
 
@@ -31,7 +32,7 @@ def cameras(draw):
         image_width=draw(st.integers(1, 65536)),
         image_height=draw(st.integers(1, 65536)),
         K=np.array([[fx, skew, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]),
-        D=np.array([draw(finite) for _ in range(5)]),
+        lens=PlumbBob(np.array([draw(finite) for _ in range(5)])),
         R_board_camera=rotation,
         t_board_camera_mm=np.array([draw(finite) for _ in range(3)]),
     )
@@ -39,7 +40,9 @@ def cameras(draw):
 
 def assert_same(a: Camera, b: Camera) -> None:
     assert (a.image_width, a.image_height) == (b.image_width, b.image_height)
-    for field in ("K", "D", "R_board_camera", "t_board_camera_mm"):
+    assert a.lens.model == b.lens.model
+    np.testing.assert_array_equal(a.lens.coefficients, b.lens.coefficients, strict=True)
+    for field in ("K", "R_board_camera", "t_board_camera_mm"):
         np.testing.assert_array_equal(getattr(a, field), getattr(b, field), strict=True)
 
 
@@ -66,7 +69,7 @@ def test_ros_file_holds_the_keys_of_camera_info(tmp_path):
 
 def test_small_numbers_are_numbers_to_plain_yaml_1_1_readers_too(tmp_path):
     path, D = tmp_path / "camera.yaml", np.array([1e-05, -3e-17, 2.5e-8, 1e300, -0.0])
-    write_camera(path, replace(nominal_camera(), D=D))
+    write_camera(path, replace(nominal_camera(), lens=PlumbBob(D)))
     assert yaml.safe_load(path.read_text())["distortion_coefficients"]["data"] == D.tolist()
 
 
@@ -75,7 +78,9 @@ def test_opencv_reads_what_is_written(tmp_path):
     write_camera(path, camera, comment="made for a test")
     storage = cv2.FileStorage(str(path), cv2.FILE_STORAGE_READ)
     np.testing.assert_allclose(storage.getNode("camera_matrix").mat(), camera.K, rtol=1e-15)
-    np.testing.assert_allclose(storage.getNode("distortion_coefficients").mat().ravel(), camera.D, rtol=1e-15)
+    np.testing.assert_allclose(
+        storage.getNode("distortion_coefficients").mat().ravel(), camera.lens.coefficients, rtol=1e-15
+    )
     assert storage.getNode("image_width").real() == 1280
 
 
@@ -85,11 +90,11 @@ def test_what_opencv_writes_is_read(tmp_path):
     storage.write("image_width", 1280)
     storage.write("image_height", 720)
     storage.write("camera_matrix", camera.K)
-    storage.write("distortion_coefficients", camera.D.reshape(5, 1) * 1e-9)  # numbers with exponents
+    storage.write("distortion_coefficients", camera.lens.coefficients.reshape(5, 1) * 1e-9)  # numbers with exponents
     storage.release()
     found = read_camera(path)
     np.testing.assert_array_equal(found.K, camera.K)
-    np.testing.assert_allclose(found.D, camera.D * 1e-9, rtol=1e-15)
+    np.testing.assert_allclose(found.lens.coefficients, camera.lens.coefficients * 1e-9, rtol=1e-15)
     np.testing.assert_array_equal(found.T_board_camera, np.eye(4))
 
 
@@ -98,7 +103,7 @@ def test_opencv_sample_of_published_intrinsics_is_read():
     camera = read_camera(CHESSBOARD / "published_intrinsics.yml")
     assert (camera.image_width, camera.image_height) == (640, 480)
     np.testing.assert_allclose(camera.K[[0, 1, 0, 1], [0, 1, 2, 2]], [535.92, 535.92, 342.28, 235.57], atol=0.005)
-    np.testing.assert_allclose(camera.D, [-0.26637, -0.03859, 0.00178, -0.00028, 0.23839], atol=1e-5)
+    np.testing.assert_allclose(camera.lens.coefficients, [-0.26637, -0.03859, 0.00178, -0.00028, 0.23839], atol=1e-5)
 
 
 def test_four_coefficients_mean_no_sixth_power_and_plain_exponents_are_numbers(tmp_path):
@@ -107,7 +112,7 @@ def test_four_coefficients_mean_no_sixth_power_and_plain_exponents_are_numbers(t
         "cols: 5\n   data: [0.1, 0.2, 0.3, 0.4, 0.5]", "cols: 4\n   data: [1e-05, 2E3, 3, -4e+1]"
     )
     path.write_text(text)
-    np.testing.assert_array_equal(read_camera(path).D, [1e-05, 2e3, 3.0, -40.0, 0.0])
+    np.testing.assert_array_equal(read_camera(path).lens.coefficients, [1e-05, 2e3, 3.0, -40.0, 0.0])
 
 
 class TestNominalWebcam:
@@ -126,7 +131,7 @@ class TestNominalWebcam:
         np.testing.assert_allclose(R, self.PRINTED.T, atol=5.0e-5)  # the rounding of four digits
 
     def test_projection_is_equation_13_with_row_vectors(self):
-        camera = replace(nominal_camera(), D=np.zeros(5))
+        camera = replace(nominal_camera(), lens=PlumbBob(np.zeros(5)))
         point = np.array([46.0, 69.0, 0.0])
         K_row = camera.K.T
         w_uv = (np.append(point, 1.0) @ np.vstack([self.PRINTED, camera.t_board_camera_mm])) @ K_row
@@ -137,10 +142,10 @@ class TestNominalWebcam:
         camera = nominal_camera()
         # The paper's order is k1, k2, k3, p1, p2.
         k1, k2, k3, p1, p2 = 0.1630, 0.0428, -2.1819, 0.0064, 0.0016
-        np.testing.assert_array_equal(camera.D, [k1, k2, p1, p2, k3])
+        np.testing.assert_array_equal(camera.lens.coefficients, [k1, k2, p1, p2, k3])
         points = np.array([[0.0, 0.0, 0.0], [184.0, 115.0, 0.0], [92.0, -40.0, -80.87]])
         rvec, _ = cv2.Rodrigues(camera.R_board_camera)
-        expected, _ = cv2.projectPoints(points, rvec, camera.t_board_camera_mm, camera.K, camera.D)
+        expected, _ = cv2.projectPoints(points, rvec, camera.t_board_camera_mm, camera.K, camera.lens.coefficients)
         np.testing.assert_allclose(project(camera, points), expected.reshape(-1, 2), atol=1e-9)
 
     def test_the_whole_board_is_in_the_picture(self):
@@ -169,7 +174,7 @@ def camera_text() -> str:
         ("image_height: 480", "image_height: 0", "image_height"),
         ("image_height: 480", "image_height: true", "image_height"),
         ("image_height: 480", "image_height: 1000000", "image_height"),
-        ("plumb_bob", "equidistant", "distortion_model"),
+        ("plumb_bob", "omni", "distortion_model"),
         ("500.0, 0.0, 320.0", "-500.0, 0.0, 320.0", "camera_matrix"),
         ("500.0, 0.0, 320.0", ".nan, 0.0, 320.0", "camera_matrix"),
         ("500.0, 0.0, 320.0", "f, 0.0, 320.0", "camera_matrix"),
@@ -178,7 +183,7 @@ def camera_text() -> str:
         ("camera_matrix:", "camera_matrix_:", "camera_matrix"),
         ("cols: 5\n", "cols: 4\n", "distortion_coefficients"),
         ("cols: 5\n", "cols: five\n", "distortion_coefficients"),
-        ("cols: 5\n   data: [", "cols: 8\n   data: [0, 0, 0, ", "distortion_coefficients"),
+        ("cols: 5\n   data: [", "cols: 7\n   data: [0, 0, ", "distortion_coefficients"),
         ("[1, 0, 0, 0, 1", "[1.001, 0, 0, 0, 1", "board_to_camera_rotation"),
         ("[1, 0, 0, 0, 1", "[-1, 0, 0, 0, 1", "board_to_camera_rotation"),
         ("rows: 3\n   cols: 1\n   data: [1, 2, 3]", "rows: 1\n   cols: 3\n   data: [1, 2, 3]", "translation_mm"),

@@ -11,6 +11,7 @@ from armtwin.models.arm import Arm, nominal_arm
 from armtwin.models.camera import Camera, project
 from armtwin.models.frames import robot_to_board
 from armtwin.models.kinematics import Deviation, complex_links, inverse, link_angles, marker_positions
+from armtwin.models.lenses import PlumbBob
 from armtwin.models.recordings.recording import Recording
 from armtwin.models.trajectories import paper_trajectories
 
@@ -26,7 +27,7 @@ def table_2_camera() -> Camera:
         1280,
         720,
         np.array([[1438.6338, 0.0, 654.1560], [0.0, 1439.1291, 369.6557], [0.0, 0.0, 1.0]]),
-        np.array([0.1630, 0.0428, 0.0064, 0.0016, -2.1819]),
+        PlumbBob(np.array([0.1630, 0.0428, 0.0064, 0.0016, -2.1819])),
         U @ Vt,
         np.array([118.6608, 41.3400, 565.4370]),
     )

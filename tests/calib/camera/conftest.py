@@ -10,8 +10,9 @@ import pytest
 
 from armtwin.calib.camera.board import Board
 from armtwin.calib.camera.corners import Corners
-from armtwin.models.camera import Camera, distort, normalise, project
+from armtwin.models.camera import Camera, project, rays_of
 from armtwin.models.camera_files import nominal_camera
+from armtwin.models.lenses import PlumbBob
 
 
 @pytest.fixture(scope="session")
@@ -40,7 +41,7 @@ def _poses(camera: Camera, board: Board, n: int, rng: np.random.Generator) -> li
     while len(found) < n:
         turn, _ = cv2.Rodrigues(np.append(rng.uniform(-0.7, 0.7, 2), rng.uniform(-0.3, 0.3)))
         R = turn @ camera.R_board_camera
-        ray = distort(rng.uniform(-0.3, 0.3, (1, 2)) * [1.0, 0.6], np.zeros(5))[0]
+        ray = rng.uniform(-0.3, 0.3, 2) * [1.0, 0.6]
         depth = rng.uniform(420.0, 700.0)
         view = replace(camera, R_board_camera=R, t_board_camera_mm=depth * np.append(ray, 1.0) - R @ middle)
         pixels = project(view, board.points_mm)
@@ -74,7 +75,7 @@ def photograph() -> Callable[..., np.ndarray]:
         u = (np.arange(w * fine) + 0.5) / fine - 0.5
         v = (np.arange(h * fine) + 0.5) / fine - 0.5
         pixels = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
-        rays = np.append(normalise(camera, pixels), np.ones((len(pixels), 1)), axis=1) @ camera.R_board_camera
+        rays = rays_of(camera, pixels) @ camera.R_board_camera
         centre = -camera.R_board_camera.T @ camera.t_board_camera_mm
         x, y = ((centre - centre[2] / rays[:, 2:] * rays)[:, :2] / board.square_mm).T
         square = np.floor(x).astype(int) + np.floor(y).astype(int)
@@ -97,7 +98,7 @@ def small_camera() -> Camera:
         image_width=480,
         image_height=360,
         K=np.array([[520.0, 0.0, 243.0], [0.0, 521.0, 177.0], [0.0, 0.0, 1.0]]),
-        D=np.array([-0.25, 0.05, 0.001, -0.0005, 0.0]),
+        lens=PlumbBob(np.array([-0.25, 0.05, 0.001, -0.0005, 0.0])),
         R_board_camera=R,
         t_board_camera_mm=np.array([5.0, -8.0, 400.0]) - R @ middle,
     )

@@ -16,7 +16,7 @@ SIZE = (1280, 720)
 
 
 def truth_of(camera) -> np.ndarray:
-    return np.array([*camera.K[[0, 1, 0, 1], [0, 1, 2, 2]], *camera.D])
+    return np.array([*camera.K[[0, 1, 0, 1], [0, 1, 2, 2]], *camera.lens.coefficients])
 
 
 class TestRecovery:
@@ -24,7 +24,7 @@ class TestRecovery:
         fit = calibrate_camera(simulate(12), board, SIZE)
         # OpenCV holds corners in single precision: 3e-5 px at 640 px.
         np.testing.assert_allclose(fit.camera.K, webcam.K, atol=2e-3)
-        np.testing.assert_allclose(fit.camera.D, webcam.D, atol=2e-4)
+        np.testing.assert_allclose(fit.camera.lens.coefficients, webcam.lens.coefficients, atol=2e-4)
         np.testing.assert_allclose(fit.camera.T_board_camera, webcam.T_board_camera, atol=1e-3)
         assert fit.rms_px < 1e-4
 

@@ -9,7 +9,7 @@ SIZE = (1280, 720)
 
 
 def truth_of(camera) -> np.ndarray:
-    return np.array([*camera.K[[0, 1, 0, 1], [0, 1, 2, 2]], *camera.D])
+    return np.array([*camera.K[[0, 1, 0, 1], [0, 1, 2, 2]], *camera.lens.coefficients])
 
 
 def test_standard_deviations_agree_with_opencv(simulate, board):

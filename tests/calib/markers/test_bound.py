@@ -7,10 +7,11 @@ import pytest
 
 from armtwin.calib.markers import centre_bound
 from armtwin.models.camera import Camera
+from armtwin.models.lenses import PlumbBob
 from tests.support.discs import FACE, GROUND, draw_discs
 
 K = np.array([[1000.0, 0.0, 120.0], [0.0, 1000.0, 120.0], [0.0, 0.0, 1.0]])
-SQUARE_ON = Camera(241, 241, K, np.zeros(5), np.eye(3), np.array([0.0, 0.0, 1000.0]))  # 1 mm is 1 px
+SQUARE_ON = Camera(241, 241, K, PlumbBob(np.zeros(5)), np.eye(3), np.array([0.0, 0.0, 1000.0]))  # 1 mm is 1 px
 
 
 @pytest.mark.parametrize(("radius", "blur"), [(20.0, 1.0), (20.0, 3.0), (6.0, 0.7)])

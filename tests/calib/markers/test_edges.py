@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 
 from armtwin.calib.markers.edges import find_edges, first_edges, sample
 from armtwin.models.camera import Camera
+from armtwin.models.lenses import PlumbBob
 from tests.support.discs import draw_discs
 
 Array = NDArray[np.float64]
 
 K = np.array([[1000.0, 0.0, 120.0], [0.0, 1000.0, 120.0], [0.0, 0.0, 1.0]])
-SQUARE_ON = Camera(241, 241, K, np.zeros(5), np.eye(3), np.array([0.0, 0.0, 1000.0]))  # 1 mm is 1 px
+SQUARE_ON = Camera(241, 241, K, PlumbBob(np.zeros(5)), np.eye(3), np.array([0.0, 0.0, 1000.0]))  # 1 mm is 1 px
 MIDDLE = np.array([[120.3, 119.8]])
 NORMALS = 80
 

@@ -182,7 +182,7 @@ def test_missing_camera_file_is_named(bench_table: dict[str, Any], write_bench: 
 
 def test_camera_without_the_boards_pose_is_refused(bench_table: dict[str, Any], tmp_path: Path):
     known = nominal_camera()
-    write_camera(tmp_path / "camera.yaml", Camera(1280, 720, known.K, known.D, np.eye(3), np.zeros(3)))
+    write_camera(tmp_path / "camera.yaml", Camera(1280, 720, known.K, known.lens, np.eye(3), np.zeros(3)))
     (tmp_path / "bench.toml").write_bytes(tomli_w.dumps(bench_table).encode())
 
     assert "no pose of the board" in refusal(tmp_path / "bench.toml")

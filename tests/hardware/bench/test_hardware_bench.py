@@ -71,7 +71,7 @@ def filmed(board: FirmwareEmulator) -> Iterator[Filmed]:
 @pytest.fixture
 def wired(setup: BenchSetup, board: FirmwareEmulator, filmed: Filmed) -> BenchSetup:
     camera = setup.camera
-    small = Camera(640, 360, camera.K, camera.D, camera.R_board_camera, camera.t_board_camera_mm)
+    small = Camera(640, 360, camera.K, camera.lens, camera.R_board_camera, camera.t_board_camera_mm)
     source = CameraSettings(source=filmed.server.url, calibration="camera.yaml", arm_plane_z_mm=-80.87)
     fast = setup.motion.model_copy(update={"start_speed_rad_s": 1.0})
     settle = setup.settle.model_copy(update={"onset_s": 0.3})

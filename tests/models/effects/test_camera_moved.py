@@ -27,7 +27,7 @@ def test_afterwards_the_scene_is_turned_and_shifted_in_the_camera_s_axes() -> No
         camera.image_width,
         camera.image_height,
         camera.K,
-        camera.D,
+        camera.lens,
         turn @ camera.R_board_camera,
         turn @ camera.t_board_camera_mm + BUMP[3:],
     )

@@ -33,7 +33,8 @@ def assert_same(one: Recording, other: Recording) -> None:
         np.testing.assert_array_equal(pixels, other.markers_px[name])
     assert (one.camera is None) == (other.camera is None)
     if one.camera is not None and other.camera is not None:
-        for name in ("K", "D", "R_board_camera", "t_board_camera_mm"):
+        assert one.camera.lens.named == other.camera.lens.named
+        for name in ("K", "R_board_camera", "t_board_camera_mm"):
             np.testing.assert_array_equal(getattr(one.camera, name), getattr(other.camera, name))
 
 

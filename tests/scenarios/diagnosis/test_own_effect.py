@@ -56,7 +56,7 @@ def blocked_arm(n: int = 120) -> Recording:
     for name, points in (("a", np.zeros((n, 2))), ("b", b), ("c", c), ("f", f)):
         board = np.stack([40.0 - points[:, 0], points[:, 1] - 33.0, np.full(n, -80.87)], axis=-1)
         turn, _ = cv2.Rodrigues(camera.R_board_camera)
-        seen, _ = cv2.projectPoints(board, turn, camera.t_board_camera_mm, camera.K, camera.D)
+        seen, _ = cv2.projectPoints(board, turn, camera.t_board_camera_mm, camera.K, camera.lens.coefficients)
         pixels[name] = seen.reshape(-1, 2) + NOISE_PX * rng.standard_normal((n, 2))
     return Recording(
         arm=nominal_arm(),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from armtwin.models.camera import Camera
+from armtwin.models.lenses import PlumbBob
 
 # Table 2 of the paper; the rotation is set by each test.
 K = np.array([[1438.6338, 0.0, 654.1560], [0.0, 1439.1291, 369.6557], [0.0, 0.0, 1.0]])
@@ -16,4 +17,4 @@ def webcam(tilt_deg: float = 0.0, axis: tuple[float, float, float] = (0.6, 0.8, 
     k = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
     a = np.radians(tilt_deg)
     tilt = np.eye(3) + np.sin(a) * k + (1.0 - np.cos(a)) * k @ k
-    return Camera(1280, 720, K, D, tilt @ np.diag([-1.0, -1.0, 1.0]), np.array([0.0, 0.0, 485.0]))
+    return Camera(1280, 720, K, PlumbBob(D), tilt @ np.diag([-1.0, -1.0, 1.0]), np.array([0.0, 0.0, 485.0]))

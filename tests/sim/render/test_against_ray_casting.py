@@ -14,6 +14,7 @@ import pytest
 from numpy.typing import NDArray
 
 from armtwin.models.camera import Camera, back_project
+from armtwin.models.lenses import PlumbBob
 from armtwin.sim.render import LensRenderer, Light, chessboard_parts, disc
 from armtwin.sim.render.stickers import BLACK, RED, WHITE
 from tests.sim.render.cameras import D, webcam
@@ -30,7 +31,7 @@ def small_webcam(distortion: Array, tilt_deg: float = 20.0) -> Camera:
     share = 240 / 1280
     K = np.diag([share, share, 1.0]) @ camera.K
     K[:2, 2] += 0.5 * share - 0.5  # between centres of pixels: (c + 1/2) share - 1/2
-    return replace(camera, image_width=240, image_height=135, K=K, D=distortion)
+    return replace(camera, image_width=240, image_height=135, K=K, lens=PlumbBob(distortion))
 
 
 def rays_on_plane(camera: Camera, T_body_board: Array) -> Array:
