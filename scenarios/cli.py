@@ -25,6 +25,7 @@ COMMANDS = {
     "doctor": "doctor:doctor_command",
     "targets": "targets:targets_command",
     "bench-check": "bench_check:bench_check_command",
+    "serve": "serve:serve_command",
     "seal": "seal:seal_command",
     "score": "score:score_command",
 }

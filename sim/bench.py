@@ -132,6 +132,10 @@ class SimulatedBench:
         pixels = project(self._camera(), robot_to_board(points, self.world.base_in_board_mm))
         return dict(zip(arm.marker_names, pixels, strict=True))
 
+    def body_poses(self) -> dict[str, Array]:
+        """(4, 4) true placement of each body in the robot frame, mm, as the next picture shows it."""
+        return self._buffer[0][0] if self._buffer else self._bodies(self._connected())
+
     def close(self) -> None:
         """Free the renderer; safe to call twice."""
         if self._renderer is not None:

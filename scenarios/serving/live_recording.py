@@ -1,0 +1,76 @@
+"""A recording that grows while somebody plays: each pose is on disk before the next is taken."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from pathlib import Path
+
+import numpy as np
+
+from armtwin.models import atomic
+from armtwin.models.recordings.recording import Recording
+from armtwin.models.recordings.writer import columns_of, header_of, row_of
+from armtwin.scenarios.serving.shot import Shot
+from armtwin.scenarios.serving.sources import BenchSource
+
+
+class LiveRecording:
+    """A recording folder (`armtwin.recording/1`) to which poses are added one by one; make it by `new_recording`."""
+
+    def __init__(self, folder: Path, source: BenchSource) -> None:
+        self.folder = folder
+        self._source = source
+        self._n = 0
+
+    def __len__(self) -> int:
+        return self._n
+
+    def add(self, shot: Shot, trajectory: str, payload_kg: float) -> None:
+        """Put a picture and its row on disk; a row stands for a picture that is there."""
+        atomic.write_bytes(self.folder / "frames" / f"{self._n:06d}.png", shot.png)
+        one = self._row(shot, trajectory, payload_kg)
+        path = self.folder / "samples.csv"
+        if not self._n:
+            atomic.write_json(self.folder / "recording.json", header_of(one))
+            atomic.write_text(path, _csv(columns_of(one)) + _csv(row_of(one, 0)))
+        else:
+            with path.open("a", encoding="utf-8", newline="") as stream:
+                stream.write(_csv(row_of(one, 0)))
+                stream.flush()
+                os.fsync(stream.fileno())
+        self._n += 1
+
+    def _row(self, shot: Shot, trajectory: str, payload_kg: float) -> Recording:
+        source, unseen = self._source, np.full(2, np.nan)
+        return Recording(
+            arm=source.arm,
+            camera=source.camera,
+            arm_plane_z_mm=source.plane_z_mm,
+            sample=np.array([self._n]),
+            time_s=np.array([round(shot.frame.time_s, 6)]),
+            trajectory=np.array([trajectory]),
+            q_cmd=shot.q_cmd[None],
+            markers_px={name: shot.measured_px.get(name, unseen)[None] for name in source.arm.marker_names},
+            payload_kg=np.array([payload_kg]),
+        )
+
+
+def new_recording(parent: Path, source: BenchSource) -> LiveRecording:
+    """Return an empty recording in a new folder below `parent`: recording-001, recording-002 ..."""
+    parent.mkdir(parents=True, exist_ok=True)
+    for number in range(1, 100_000):
+        folder = parent / f"recording-{number:03d}"
+        try:
+            folder.mkdir()
+        except FileExistsError:
+            continue
+        return LiveRecording(folder, source)
+    raise OSError(f"{parent}: too many recordings")
+
+
+def _csv(cells: list[str]) -> str:
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerow(cells)
+    return out.getvalue()

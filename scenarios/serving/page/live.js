@@ -1,0 +1,226 @@
+// The page: asks, shows, and moves while it holds the arm.
+import { Refused, ask, lease, takeLease } from "./api.js";
+import { faultForm, faultOf, faultText } from "./faults.js";
+import { arrows, overlay, scatter } from "./plots.js";
+import { Space } from "./scene.js";
+
+const $ = id => document.getElementById(id);
+const DEGREE = 180 / Math.PI;
+// The reports' colours.
+const TWIN = { drawing: "#56b4e9", calibrated: "#d55e00", extended: "#009e73" };
+const colours = { measured: "#0072b2", twin: TWIN.drawing };
+let info, state, space, effects = [], wanted = null, moving = false, opened = 0;
+let misses = [];  // of the recorded poses: {x, y, dx, dy} of the tip, size of the worst marker, joint 1's last turn
+
+const say = text => { $("status").textContent = text; };
+const warn = text => { $("banner").textContent = text; $("banner").hidden = !text; };
+
+async function tried(action) {
+  try { warn(""); return await action(); } catch (error) {
+    warn(error instanceof Refused ? error.message : `the server does not answer (${error.message}); is it still running?`);
+    return undefined;
+  }
+}
+
+async function take() {
+  await tried(async () => {
+    await takeLease();
+    await ask("POST", "api/connect");
+    await ask("POST", "api/move", { q_cmd_rad: info.start_rad, approach: true });
+    await ask("POST", "api/look", {});
+    await refresh();
+  });
+}
+
+async function follow() {  // the sliders: the newest wish counts, those between are left out
+  if (moving) return;
+  moving = true;
+  while (wanted) {
+    const q = wanted;
+    wanted = null;
+    await tried(async () => {
+      await ask("POST", "api/move", { q_cmd_rad: q, approach: true });
+      await ask("POST", "api/look", {});
+    });
+  }
+  moving = false;
+}
+
+function setJoints(q, but) {
+  document.querySelectorAll(".joint").forEach((row, joint) => row.querySelectorAll("input").forEach(input => {
+    if (input !== but && document.activeElement !== input) input.value = (q[joint] * DEGREE).toFixed(1);
+  }));
+}
+
+function buildJoints() {
+  info.joints.forEach((joint, number) => {
+    const row = document.createElement("div");
+    row.className = "joint";
+    const limits = { min: Math.ceil(joint.min_rad * DEGREE), max: Math.floor(joint.max_rad * DEGREE), step: 0.5 };
+    const label = Object.assign(document.createElement("label"), { textContent: `joint ${number + 1}, °`, htmlFor: `joint-${number + 1}` });
+    const slider = Object.assign(document.createElement("input"), { type: "range", id: `joint-${number + 1}`, ...limits });
+    const text = Object.assign(document.createElement("input"), { type: "number", ...limits });
+    text.setAttribute("aria-label", `joint ${number + 1}, degrees`);
+    for (const input of [slider, text]) input.addEventListener("input", () => {
+      const q = [...document.querySelectorAll(".joint")].map((one, k) =>
+        (k === number ? Number(input.value) : Number(one.querySelector("input[type=range]").value)) / DEGREE);
+      setJoints(q, input);
+      wanted = q;
+      follow();
+    });
+    row.append(label, slider, text);
+    $("joints").append(row);
+  });
+}
+
+function button(text, action) {
+  const element = Object.assign(document.createElement("button"), { type: "button", textContent: text });
+  element.addEventListener("click", () => tried(action));
+  return element;
+}
+
+const run = body => async () => { await ask("POST", "api/plan", body); await refresh(); };
+
+async function putFaults(faults) {
+  say("the bench is rebuilt …");
+  await ask("PUT", "api/faults", { faults });
+  await ask("POST", "api/look", {});
+  await refresh();
+}
+
+function showState() {
+  const mine = state.yours, busy = Boolean(state.running);
+  say(!state.connected ? "the arm is detached" : state.running ? `running ${state.running}` : state.said || (mine ? "the arm is yours" : "somebody else moves the arm; you may watch"));
+  $("take").hidden = mine && state.connected;
+  $("take").disabled = state.held && !mine;
+  $("stop").hidden = !busy;
+  $("progress").hidden = !busy;
+  $("progress").value = state.progress;
+  const locked = !mine || !state.connected || busy;
+  document.querySelectorAll(".move input, .move .buttons button:not(#stop), .faults button, #clear").forEach(element => { element.disabled = locked; });
+  const working = state.jobs.some(job => job.state === "running");
+  for (const id of ["calibrate", "diagnose"]) $(id).disabled = !state.poses || working || busy;
+  $("download").hidden = !state.poses;
+  $("twin-name").textContent = state.twin;
+  colours.twin = TWIN[state.twin] ?? TWIN.drawing;
+  document.documentElement.style.setProperty("--twin", colours.twin);
+  $("faults-in").replaceChildren(...state.faults.map((fault, number) => {
+    const item = Object.assign(document.createElement("li"), { textContent: faultText(fault) });
+    item.append(button("take out", () => putFaults(state.faults.filter((_, other) => other !== number))));
+    return item;
+  }));
+  $("jobs").replaceChildren(...state.jobs.map(jobItem));
+  if (state.version !== info.version) warn("the server is another version now; load this page again");
+  if (!state.poses && misses.length) { misses = []; showMisses(); }
+}
+
+function jobItem(job) {
+  const item = document.createElement("li");
+  const said = job.state === "done" ? job.headline : job.said;
+  item.append(`${job.kind}, ${job.seconds.toFixed(0)} s: ${said} `);
+  item.dataset.state = job.state;
+  if (job.state === "running") item.append(button("stop", () => ask("DELETE", `api/jobs/${job.number}`)));
+  if (job.results.includes("report.html")) {
+    item.append(button("open the report", () => openReport(job.number)));
+    if (job.number > opened) { opened = job.number; openReport(job.number); }
+  }
+  if (job.results.includes("next_experiment.csv") && state.yours) item.append(button("run the next experiment", run({ job: job.number })));
+  return item;
+}
+
+function openReport(number) {
+  $("report-panel").hidden = false;
+  $("report").src = `api/jobs/${number}/report.html`;
+}
+
+async function refresh() {
+  state = await ask("GET", "api/state");
+  showState();
+}
+
+function showShot(shot) {
+  $("picture").src = `api/picture.jpg?number=${shot.number}`;
+  overlay($("overlay"), shot, info, colours);
+  space?.show(shot, colours.twin);
+  if (!moving && !wanted) setJoints(shot.q_cmd_rad);
+  const names = info.marker_names.filter(name => shot.miss_mm[name]);
+  $("marker-text").textContent = names.map(name => `${name.toUpperCase()} ${Math.hypot(...shot.miss_mm[name]).toFixed(2)} mm off`).join(", ");
+  if (shot.poses > misses.length && names.length) remember(shot, names);
+}
+
+function remember(shot, names) {
+  const tip = names.at(-1), body = shot.twin_bodies[`end${info.joints.length}`];
+  const sizes = names.map(name => Math.hypot(...shot.miss_mm[name]));
+  const before = misses.at(-1);
+  const turn = before ? Math.sign(shot.q_cmd_rad[0] - before.q1) || before.turn : 0;
+  misses.push({ x: body[0][3], y: body[1][3], dx: shot.miss_mm[tip][0], dy: shot.miss_mm[tip][1], worst: Math.max(...sizes), q1: shot.q_cmd_rad[0], turn });
+  showMisses();
+}
+
+function showMisses() {
+  const rms = Math.sqrt(misses.reduce((sum, one) => sum + one.worst ** 2, 0) / Math.max(misses.length, 1));
+  $("misses-text").textContent = misses.length
+    ? `${misses.length} poses recorded; the twin ('${state.twin}') misses the worst marker by ${rms.toFixed(2)} mm RMS. Noise alone would be about 0.02 mm.`
+    : "Nothing is recorded yet: run a trajectory.";
+  const enlarged = arrows($("arrows"), misses, colours);
+  $("arrows-caption").textContent = misses.length ? `tip: from twin to measurement, ${enlarged.toFixed(0)} times enlarged` : "";
+  scatter($("order"), misses.map((_, k) => k), misses.map(one => one.worst), colours, false);
+  const turned = misses.filter(one => one.turn);
+  scatter($("direction"), turned.map((one, k) => one.turn + 0.3 * Math.sin(7 * k)), turned.map(one => one.worst), colours, false);
+}
+
+async function watch() {
+  for (let after = 0; ;) {
+    try {
+      const shot = await ask("GET", `api/shot?after=${after}`);
+      if (shot) { after = shot.number; showShot(shot); }
+    } catch { await new Promise(done => setTimeout(done, 1000)); }
+  }
+}
+
+function listen() {
+  $("take").addEventListener("click", take);
+  $("keep").addEventListener("click", () => tried(async () => { await ask("POST", "api/look", { keep: "by_hand" }); await refresh(); }));
+  $("stop").addEventListener("click", () => tried(() => ask("DELETE", "api/plan")));
+  $("clear").addEventListener("click", () => tried(async () => { await ask("POST", "api/recording"); misses = []; showMisses(); await refresh(); }));
+  for (const kind of ["calibrate", "diagnose"]) $(kind).addEventListener("click", () => tried(async () => { await ask("POST", "api/jobs", { kind }); await refresh(); }));
+  $("fault-name").addEventListener("change", chooseFault);
+  $("fault-form").addEventListener("submit", event => {
+    event.preventDefault();
+    tried(() => putFaults([...state.faults, faultOf(effects[$("fault-name").selectedIndex], $("fault-form"))]));
+  });
+}
+
+function chooseFault() {
+  const effect = effects[$("fault-name").selectedIndex];
+  $("fault-summary").textContent = effect.summary;
+  faultForm(effect, $("fault-fields"), info.marker_names);
+}
+
+async function start() {
+  try { info = await ask("GET", "api/bench"); } catch (error) {
+    say("not connected");
+    warn(error.status === 401 ? "This page needs its token: open it by the link that armtwin serve printed." : error.message);
+    return;
+  }
+  $("title").textContent = `· ${info.title} (${info.kind})`;
+  buildJoints();
+  for (const [name, poses] of Object.entries(info.plans)) $("plans").append(button(`${name.replaceAll("_", " ")} (${poses})`, run({ name })));
+  $("plans").append(button("all of them", run({ name: "all" })));
+  try { space = new Space($("space"), info.link_lengths_mm, info.joints.length); } catch { $("space").replaceWith("This browser draws no WebGL."); }
+  effects = await ask("GET", "api/effects");
+  if (effects.length) {
+    $("faults-panel").hidden = false;
+    effects.forEach(effect => $("fault-name").append(new Option(effect.name.replaceAll("_", " "), effect.name)));
+    $("fault-name").value = "backlash";
+    if ($("fault-name").selectedIndex < 0) $("fault-name").selectedIndex = 0;
+    chooseFault();
+  }
+  listen();
+  await refresh();
+  if (!state.held) await take();
+  watch();
+  setInterval(() => refresh().catch(() => warn("the server does not answer; is it still running?")), 1000);
+}
+
+start();
