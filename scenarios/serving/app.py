@@ -24,7 +24,7 @@ from armtwin.scenarios.scenario import EffectTable
 from armtwin.scenarios.serving.access import COOKIE, Guard
 from armtwin.scenarios.serving.faults import checked_fault, declaration
 from armtwin.scenarios.serving.lease import LeaseError
-from armtwin.scenarios.serving.shot import Shot
+from armtwin.scenarios.serving.shot import Miss, Shot
 from armtwin.scenarios.serving.visit import BusyError, Visit
 from armtwin.scenarios.serving.wire import (
     BenchInfo,
@@ -239,6 +239,11 @@ def _add_pictures(app: FastAPI, visit: Visit) -> None:
         """Say what the newest picture shows, as soon as there is one with a number above `after` (204: none came)."""
         newest = await _newer(visit, after)
         return Response(status_code=204) if newest is None else JSONResponse(_shot(visit, newest).model_dump())
+
+    @app.get("/api/misses")
+    def misses(after: Annotated[int, Query(ge=0)] = 0) -> list[Miss]:
+        """Say how far the recorded poses from number `after` on were off when they were taken."""
+        return live.misses[after:]
 
     @app.get("/api/picture.jpg")
     async def picture(number: Annotated[int, Query(ge=0)] = 0) -> Response:

@@ -16,7 +16,7 @@ from armtwin.models.twin import Twin
 from armtwin.scenarios.marker_finder import marker_finder
 from armtwin.scenarios.scenario import EffectTable
 from armtwin.scenarios.serving.live_recording import LiveRecording, new_recording
-from armtwin.scenarios.serving.shot import Shot
+from armtwin.scenarios.serving.shot import Miss, Shot
 from armtwin.scenarios.serving.sources import BenchSource
 from armtwin.scenarios.serving.twin_arm import TwinArm
 from armtwin.sim.bench import SimulatedBench
@@ -37,6 +37,7 @@ class LiveBench:
         self.source = source
         self.faults: tuple[EffectTable, ...] = ()
         self.shot: Shot | None = None
+        self.misses: list[Miss] = []
         self.twin = TwinArm.drawn(source.arm, source.camera, source.plane_z_mm)
         self._recordings = recordings
         self._recording: LiveRecording | None = None
@@ -124,6 +125,7 @@ class LiveBench:
         )
         if keep is not None:
             self._record().add(self.shot, keep, self._payload_kg)
+            self.misses.append(self.shot.miss(source.arm, source.camera, source.plane_z_mm))
         return self.shot
 
     def run(self, plan: Plan, number: int) -> None:
@@ -161,19 +163,31 @@ class LiveBench:
 
     def begin_recording(self) -> None:
         """Begin an empty recording; the last one stays on disk."""
-        self._recording = None
+        self._end_recording()
 
     def recording_folder(self) -> Path:
         """Where the present recording stands; raises `JobError` while it is empty."""
         if self._recording is None:
             raise JobError("nothing is recorded yet; run a trajectory or keep a pose first")
+        self._recording.wait()
         return self._recording.folder
+
+    def shut_down(self) -> None:
+        """Close the bench and the recording for good."""
+        self.close()
+        self._end_recording()
 
     def close(self) -> None:
         """Detach the servos and free the camera; safe to call twice."""
         if self._bench is not None:
             self._bench.close()
         self._bench = None
+
+    def _end_recording(self) -> None:
+        if self._recording is not None:
+            self._recording.close()
+        self._recording = None
+        self.misses.clear()
 
     def _open(self) -> Bench:
         if self._bench is None:

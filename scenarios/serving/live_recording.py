@@ -1,15 +1,17 @@
-"""A recording that grows while somebody plays: each pose is on disk before the next is taken."""
+"""A recording that grows while somebody plays: each pose is on disk before the one after the next is taken."""
 
 from __future__ import annotations
 
 import csv
 import io
 import os
+from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
 from armtwin.models import atomic
+from armtwin.models.errors import JobError
 from armtwin.models.recordings.recording import Recording
 from armtwin.models.recordings.writer import columns_of, header_of, row_of
 from armtwin.scenarios.serving.shot import Shot
@@ -23,16 +25,37 @@ class LiveRecording:
         self.folder = folder
         self._source = source
         self._n = 0
+        # Packing a picture takes as long as taking one: it is done while the arm moves on.
+        self._writer = ThreadPoolExecutor(1, thread_name_prefix="recording")
+        self._last: Future[None] | None = None
 
     def __len__(self) -> int:
         return self._n
 
     def add(self, shot: Shot, trajectory: str, payload_kg: float) -> None:
-        """Put a picture and its row on disk; a row stands for a picture that is there."""
-        atomic.write_bytes(self.folder / "frames" / f"{self._n:06d}.png", shot.png)
-        one = self._row(shot, trajectory, payload_kg)
+        """Put a picture and its row on disk, once those of the pose before are there; raises what befell these."""
+        self.wait()
+        self._last = self._writer.submit(self._write, self._n, shot, self._row(shot, trajectory, payload_kg))
+        self._n += 1
+
+    def wait(self) -> None:
+        """Return when all is on disk; raises `JobError` where it cannot be written."""
+        if self._last is None:
+            return
+        try:
+            self._last.result()
+        except OSError as error:
+            raise JobError(f"{self.folder}: cannot be written ({error.strerror}); make room, then go on") from None
+
+    def close(self) -> None:
+        """Wait for what is being written, and write no more."""
+        self._writer.shutdown(wait=True)
+
+    def _write(self, number: int, shot: Shot, one: Recording) -> None:
+        """Write picture, then row: a row stands for a picture that is there."""
+        atomic.write_bytes(self.folder / "frames" / f"{number:06d}.png", shot.png)
         path = self.folder / "samples.csv"
-        if not self._n:
+        if not number:
             atomic.write_json(self.folder / "recording.json", header_of(one))
             atomic.write_text(path, _csv(columns_of(one)) + _csv(row_of(one, 0)))
         else:
@@ -40,7 +63,6 @@ class LiveRecording:
                 stream.write(_csv(row_of(one, 0)))
                 stream.flush()
                 os.fsync(stream.fileno())
-        self._n += 1
 
     def _row(self, shot: Shot, trajectory: str, payload_kg: float) -> Recording:
         source, unseen = self._source, np.full(2, np.nan)

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from armtwin.models.arm import Arm
 from armtwin.models.bench import Frame
 from armtwin.models.camera import Camera, back_project
 from armtwin.models.errors import JobError
@@ -16,6 +17,19 @@ from armtwin.models.errors import JobError
 Array = NDArray[np.float64]
 
 _JPEG_QUALITY = 82
+
+
+@dataclass(frozen=True)
+class Miss:
+    """How far a recorded pose was off: the twin's tip and the measured less the expected tip, mm, the worst marker, mm.
+
+    `tip_mm` and `miss_mm` are None where the tip was not found.
+    """
+
+    q_cmd_rad: list[float]
+    tip_mm: list[float] | None
+    miss_mm: list[float] | None
+    worst_mm: float | None
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,6 +73,18 @@ class Shot:
         expected = back_project(camera, np.array([self.twin_px[name] for name in common]), plane_z_mm)
         miss = (seen - expected)[:, :2] * [-1.0, 1.0]
         return dict(zip(common, miss, strict=True))
+
+    def miss(self, arm: Arm, camera: Camera, plane_z_mm: float) -> Miss:
+        """Return how far this pose was off."""
+        misses = self.misses_mm(camera, plane_z_mm)
+        tip = arm.marker_names[-1]
+        place = self.twin_bodies[f"end{arm.n_joints}"][:2, 3]
+        return Miss(
+            q_cmd_rad=self.q_cmd.tolist(),
+            tip_mm=place.tolist() if tip in misses else None,
+            miss_mm=misses[tip].tolist() if tip in misses else None,
+            worst_mm=max((float(np.linalg.norm(one)) for one in misses.values()), default=None),
+        )
 
 
 def _encoded(suffix: str, image: NDArray[np.uint8], options: list[int]) -> bytes:

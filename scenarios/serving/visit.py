@@ -86,7 +86,7 @@ class Visit:
         self._ended.set()
         self._stop_plan.set()
         self.jobs.close()
-        self._thread.submit(self.live.close).result()
+        self._thread.submit(self.live.shut_down).result()
         self._thread.shutdown()
         self.source.release()
 

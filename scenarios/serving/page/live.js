@@ -10,7 +10,8 @@ const DEGREE = 180 / Math.PI;
 const TWIN = { drawing: "#56b4e9", calibrated: "#d55e00", extended: "#009e73" };
 const colours = { measured: "#0072b2", twin: TWIN.drawing };
 let info, state, space, effects = [], wanted = null, moving = false, opened = 0;
-let misses = [];  // of the recorded poses: {x, y, dx, dy} of the tip, size of the worst marker, joint 1's last turn
+let misses = [];  // of the recorded poses, as they were when they were taken
+let shown = null;
 
 const say = text => { $("status").textContent = text; };
 const warn = text => { $("banner").textContent = text; $("banner").hidden = !text; };
@@ -111,7 +112,7 @@ function showState() {
   }));
   $("jobs").replaceChildren(...state.jobs.map(jobItem));
   if (state.version !== info.version) warn("the server is another version now; load this page again");
-  if (!state.poses && misses.length) { misses = []; showMisses(); }
+  if (shown) draw(shown);
 }
 
 function jobItem(job) {
@@ -136,37 +137,45 @@ function openReport(number) {
 async function refresh() {
   state = await ask("GET", "api/state");
   showState();
+  if (state.poses < misses.length) misses = [];
+  if (state.poses > misses.length) misses.push(...await ask("GET", `api/misses?after=${misses.length}`));
+  showMisses();
 }
 
 function showShot(shot) {
   $("picture").src = `api/picture.jpg?number=${shot.number}`;
-  overlay($("overlay"), shot, info, colours);
-  space?.show(shot, colours.twin);
+  shown = shot;
+  draw(shot);
   if (!moving && !wanted) setJoints(shot.q_cmd_rad);
   const names = info.marker_names.filter(name => shot.miss_mm[name]);
   $("marker-text").textContent = names.map(name => `${name.toUpperCase()} ${Math.hypot(...shot.miss_mm[name]).toFixed(2)} mm off`).join(", ");
-  if (shot.poses > misses.length && names.length) remember(shot, names);
 }
 
-function remember(shot, names) {
-  const tip = names.at(-1), body = shot.twin_bodies[`end${info.joints.length}`];
-  const sizes = names.map(name => Math.hypot(...shot.miss_mm[name]));
-  const before = misses.at(-1);
-  const turn = before ? Math.sign(shot.q_cmd_rad[0] - before.q1) || before.turn : 0;
-  misses.push({ x: body[0][3], y: body[1][3], dx: shot.miss_mm[tip][0], dy: shot.miss_mm[tip][1], worst: Math.max(...sizes), q1: shot.q_cmd_rad[0], turn });
-  showMisses();
+function draw(shot) {
+  overlay($("overlay"), shot, info, colours);
+  space?.show(shot, colours.twin);
 }
 
 function showMisses() {
-  const rms = Math.sqrt(misses.reduce((sum, one) => sum + one.worst ** 2, 0) / Math.max(misses.length, 1));
+  const sized = misses.filter(one => one.worst_mm !== null), seen = misses.filter(one => one.miss_mm);
+  const rms = Math.sqrt(sized.reduce((sum, one) => sum + one.worst_mm ** 2, 0) / Math.max(sized.length, 1));
   $("misses-text").textContent = misses.length
-    ? `${misses.length} poses recorded; the twin ('${state.twin}') misses the worst marker by ${rms.toFixed(2)} mm RMS. Noise alone would be about 0.02 mm.`
+    ? `${misses.length} poses recorded; the twin misses the worst marker by ${rms.toFixed(2)} mm RMS. A good picture's noise alone is about 0.01 mm.`
     : "Nothing is recorded yet: run a trajectory.";
-  const enlarged = arrows($("arrows"), misses, colours);
-  $("arrows-caption").textContent = misses.length ? `tip: from twin to measurement, ${enlarged.toFixed(0)} times enlarged` : "";
-  scatter($("order"), misses.map((_, k) => k), misses.map(one => one.worst), colours, false);
-  const turned = misses.filter(one => one.turn);
-  scatter($("direction"), turned.map((one, k) => one.turn + 0.3 * Math.sin(7 * k)), turned.map(one => one.worst), colours, false);
+  const enlarged = arrows($("arrows"), seen.map(one => ({ x: one.tip_mm[0], y: one.tip_mm[1], dx: one.miss_mm[0], dy: one.miss_mm[1] })), colours);
+  $("arrows-caption").textContent = seen.length ? `tip: from twin to measurement, ${enlarged.toFixed(0)} times enlarged` : "";
+  scatter($("order"), sized.map((_, k) => k), sized.map(one => one.worst_mm), colours);
+  showDirections(sized);
+}
+
+function showDirections(sized) {  // the last turn of the joint that is chosen decides the side
+  const joint = Number($("turning").value), xs = [], ys = [];
+  let turn = 0;
+  sized.forEach((one, k) => {
+    turn = k ? Math.sign(one.q_cmd_rad[joint] - sized[k - 1].q_cmd_rad[joint]) || turn : 0;
+    if (turn) { xs.push(turn + 0.3 * Math.sin(7 * k)); ys.push(one.worst_mm); }
+  });
+  scatter($("direction"), xs, ys, colours);
 }
 
 async function watch() {
@@ -184,6 +193,7 @@ function listen() {
   $("stop").addEventListener("click", () => tried(() => ask("DELETE", "api/plan")));
   $("clear").addEventListener("click", () => tried(async () => { await ask("POST", "api/recording"); misses = []; showMisses(); await refresh(); }));
   for (const kind of ["calibrate", "diagnose"]) $(kind).addEventListener("click", () => tried(async () => { await ask("POST", "api/jobs", { kind }); await refresh(); }));
+  $("turning").addEventListener("change", showMisses);
   $("fault-name").addEventListener("change", chooseFault);
   $("fault-form").addEventListener("submit", event => {
     event.preventDefault();
@@ -216,6 +226,7 @@ async function start() {
     if ($("fault-name").selectedIndex < 0) $("fault-name").selectedIndex = 0;
     chooseFault();
   }
+  info.joints.forEach((_, joint) => $("turning").append(new Option(`joint ${joint + 1}`, joint)));
   listen();
   await refresh();
   if (!state.held) await take();

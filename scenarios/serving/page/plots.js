@@ -54,10 +54,11 @@ export function arrows(svg, points, colours) {
   return enlarged;
 }
 
-export function scatter(svg, xs, ys, colours, middleLine) {
+export function scatter(svg, xs, ys, colours) {
   if (!ys.length) { svg.replaceChildren(); return; }
-  const { X, Y, width } = frame(svg, spread(xs, 0.5), middleLine ? spread([...ys, 0], 0.01) : [0, Math.max(...ys, 0.01) * 1.08]);
-  for (const value of [middleLine ? 0 : Math.max(...ys), Math.min(...ys)]) draw(svg, "text", { x: 4, y: Y(value) + 4, "font-size": 12, fill: "#595959" }, value.toFixed(2));
-  if (middleLine) draw(svg, "line", { x1: 46, x2: width - 10, y1: Y(0), y2: Y(0), stroke: "#bbb" });
+  const most = Math.max(...ys, 0.01);
+  const { X, Y, width } = frame(svg, spread(xs, 0.5), [0, most * 1.08]);
+  for (const value of [0, most]) draw(svg, "text", { x: 4, y: Y(value) + 4, "font-size": 12, fill: "#595959" }, value.toFixed(2));
+  draw(svg, "line", { x1: 46, x2: width - 10, y1: Y(0), y2: Y(0), stroke: "#bbb" });
   xs.forEach((x, k) => draw(svg, "circle", { cx: X(x), cy: Y(ys[k]), r: 3, fill: colours.twin, "fill-opacity": 0.75 }));
 }
