@@ -11,10 +11,14 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One picture: `image` (H, W, 3) uint8 in OpenCV's BGR order, `time_s` seconds since the bench was connected."""
+    """One picture: `image` (H, W, 3) uint8 in OpenCV's BGR order, and two times, s since the bench was connected.
+
+    `time_s` is when it was taken, `commanded_s` when the last command before it was given; None before the first.
+    """
 
     image: NDArray[np.uint8]
     time_s: float
+    commanded_s: float | None = None
 
 
 @runtime_checkable

@@ -54,7 +54,7 @@ class CommandSeries:
         out: Array = ends - self.given_s
         return out
 
-    def sampled(self, of_commands: NDArray[np.generic]) -> NDArray[np.generic]:
+    def sampled(self, of_commands: Array) -> Array:
         """(N, ...) rows of what is known of each command (M, ...), as it stood when each row was seen."""
         return of_commands[self.in_force]
 

@@ -28,10 +28,13 @@ from armtwin.models.servo import Servo, nominal_servo
 
 Array = NDArray[np.float64]
 
+# Usual time from a command to its picture, after which the next command follows at once: a move, a rest, a picture.
+POSE_PERIOD_S = 1.5
+
 
 @dataclass(frozen=True, eq=False)
 class Command:
-    """One command on its way to the servos: `q` (n,) rad for pose `sample`, sent at `time_s`."""
+    """One command on its way to the servos: `q` (n,) rad for pose `sample`, given at `time_s`."""
 
     sample: int
     time_s: float
@@ -81,8 +84,8 @@ class World:
         events: what happens to the arm on the way.
         camera_motion: what moves the true camera.
         detections: what detection does to the pixels.
-        capture_after_s: the picture is taken this long after the command, and the next command follows at once; None:
-            when the arm has come to rest.
+        pose_period_s: usual time from a command to its picture, after which the next command follows at once.
+        waits_for_rest: whether the arm rests in every picture; otherwise it is where it got to by then.
         picture_lag: the picture filed with pose i shows the arm at pose i - picture_lag.
         bendable: numbers of the links that are cut so that they may bend.
         relieved: hinges at which the static load of the arm's own mass is carried by something else (a balance).
@@ -101,7 +104,8 @@ class World:
     events: tuple[Event, ...] = ()
     camera_motion: tuple[CameraMotion, ...] = ()
     detections: tuple[Detection, ...] = ()
-    capture_after_s: float | None = None
+    pose_period_s: float = POSE_PERIOD_S
+    waits_for_rest: bool = True
     picture_lag: int = 0
     bendable: tuple[int, ...] = ()
     relieved: tuple[str, ...] = ()

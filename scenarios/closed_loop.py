@@ -18,8 +18,8 @@ from armtwin.models.recordings.recording import Recording, make_samples
 from armtwin.models.world import World
 from armtwin.scenarios.runner.world import build_world, declared_arm
 from armtwin.scenarios.scenario import ScenarioFile, read_scenario
-from armtwin.sim.observe import default_clock, make_recording, pixels_of
-from armtwin.sim.physics.simulation import simulate
+from armtwin.sim.observe import make_recording, pixels_of
+from armtwin.sim.physics.simulation import default_clock, simulate
 
 # What the sub-pixel detector leaves of a good picture, px: the noise where a recording states none.
 _NOISE_PX = 0.06
@@ -111,10 +111,13 @@ def go_on(world: World, recording: Recording, plan: Plan, rng: Generator) -> Rec
     q_cmd = np.concatenate([recording.q_cmd, plan.q_cmd])
     old_payload = np.zeros(n_old) if recording.payload_kg is None else recording.payload_kg
     payload = np.concatenate([old_payload, plan.payload_kg])
-    clock = default_clock(n)
+    clock, given = default_clock(n), None
     if recording.has_time:
         period = float(np.median(np.diff(recording.time_s))) if n_old > 1 else float(clock[1])
         clock = np.concatenate([recording.time_s, recording.time_s[-1] + period * np.arange(1, len(plan) + 1)])
+    if recording.has_time and recording.commanded_s is not None:
+        wait = float(np.nanmedian(recording.time_s - recording.commanded_s))
+        given = np.concatenate([recording.commanded_s, clock[n_old:] - wait])
     span = float(clock[n_old - 1] - clock[0])
     seen = make_recording(
         world,
@@ -123,7 +126,7 @@ def go_on(world: World, recording: Recording, plan: Plan, rng: Generator) -> Rec
         clock if recording.has_time else None,
         rng,
         recording.pixel_noise_px or _NOISE_PX,
-        truth_px=pixels_of(world, simulate(world, q_cmd, clock, payload), clock, span),
+        truth_px=pixels_of(world, simulate(world, q_cmd, clock, payload, given), clock, span),
         markers=tuple(recording.markers_px),
         payload_kg=payload if payload.any() else None,
     )
@@ -132,6 +135,7 @@ def go_on(world: World, recording: Recording, plan: Plan, rng: Generator) -> Rec
         recording,
         sample=np.concatenate([recording.sample, recording.sample[-1] + 1 + make_samples(len(plan))]),
         time_s=seen.time_s,
+        commanded_s=given,
         trajectory=seen.trajectory,
         q_cmd=q_cmd,
         markers_px=markers,

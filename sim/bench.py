@@ -23,7 +23,6 @@ from armtwin.models.errors import InputError, JobError
 from armtwin.models.frames import robot_to_board
 from armtwin.models.units import MM_PER_M
 from armtwin.models.world import Moment, World
-from armtwin.sim.observe import POSE_PERIOD_S
 from armtwin.sim.physics.simulation import ArmSimulation
 from armtwin.sim.render import (
     LensRenderer,
@@ -49,7 +48,6 @@ class SimulatedBench:
         seed: of the sensor's noise.
         sensor: how light becomes a picture.
         shadows: whether the lamp throws shadows on the panel.
-        pose_period_s: time from one move to the next.
         n_poses: length of the recording, which a creeping camera needs to know; None where nothing creeps.
         obstacles: what else stands before the camera, fixed in the board frame.
 
@@ -62,7 +60,6 @@ class SimulatedBench:
         seed: int | np.random.Generator = 0,
         sensor: Sensor | None = None,
         shadows: bool = True,
-        pose_period_s: float = POSE_PERIOD_S,
         n_poses: int | None = None,
         obstacles: Sequence[Part] = (),
     ) -> None:
@@ -71,7 +68,6 @@ class SimulatedBench:
         self.world = world
         self._sensor = sensor or Sensor()
         self._shadows = shadows
-        self._period_s = pose_period_s
         self._n_poses = n_poses
         self._obstacles = tuple(obstacles)
         self._rng = np.random.default_rng(seed)
@@ -79,6 +75,7 @@ class SimulatedBench:
         self._renderer: LensRenderer | None = None
         self._scene: Hashable = None
         self._moves = 0
+        self._commanded_s: float | None = None
         self._time_s = 0.0
         self._payload_kg = 0.0
         self._buffer: deque[tuple[dict[str, Array], Array]] = deque(maxlen=world.picture_lag + 1)
@@ -86,16 +83,18 @@ class SimulatedBench:
     def connect(self) -> None:
         """Set the arm up in its home pose; raises `JobError` where this machine has no off-screen OpenGL."""
         self._arm = ArmSimulation(self.world)
-        self._moves, self._time_s = 0, 0.0
+        self._moves, self._time_s, self._commanded_s = 0, 0.0, None
         self._buffer.clear()
         self._show("arm", self._arm_parts)
 
     def move(self, q_cmd_rad: Array) -> None:
         """Command (n,) joint angles, rad, as the next pose; returns when the arm is to be photographed."""
         arm = self._connected()
-        self._time_s = self._moves * self._period_s
-        arm.move(np.asarray(q_cmd_rad, dtype=float), self._moves, self._time_s, self._payload_kg)
+        period_s = self.world.pose_period_s
+        given_s, seen_s = self._moves * period_s, (self._moves + 1) * period_s
+        arm.move(np.asarray(q_cmd_rad, dtype=float), self._moves, given_s, self._payload_kg, seen_s)
         self._moves += 1
+        self._commanded_s, self._time_s = given_s, seen_s
         self._buffer.append((self._bodies(arm), arm.markers_mm()))
 
     def hang(self, payload_kg: float) -> None:
@@ -154,7 +153,8 @@ class SimulatedBench:
 
     def _expose(self, renderer: LensRenderer, poses: dict[str, Array]) -> Frame:
         camera = self._camera()
-        return Frame(expose(renderer.render_linear(poses, camera), self._sensor, self._rng), self._time_s)
+        image = expose(renderer.render_linear(poses, camera), self._sensor, self._rng)
+        return Frame(image, self._time_s, self._commanded_s)
 
     def _show(self, scene: Hashable, parts: Callable[[], list[Part]]) -> LensRenderer:
         """Return the renderer of a scene; one is kept at a time, since each holds its buffers."""

@@ -12,17 +12,9 @@ from armtwin.models.camera import project
 from armtwin.models.frames import robot_to_board
 from armtwin.models.recordings.recording import Recording, make_samples
 from armtwin.models.world import Moment, World
-from armtwin.sim.physics.simulation import ArmSimulation, simulate
+from armtwin.sim.physics.simulation import default_clock, simulate, simulate_angles
 
 Array = NDArray[np.float64]
-
-# Time between two poses where none is given: a move, a rest and a picture.
-POSE_PERIOD_S = 1.5
-
-
-def default_clock(n: int) -> Array:
-    """(n,) times of poses that follow one another every `POSE_PERIOD_S`."""
-    return np.arange(n, dtype=float) * POSE_PERIOD_S
 
 
 def progress_of(time_s: Array, span_s: float | None = None) -> Array:
@@ -68,13 +60,13 @@ def make_recording(
     """Run (N, n) commands in a world and return what a bench would have recorded, with the declared arm and camera.
 
     `noise_px` is the standard deviation of one pixel coordinate, `missing` the share of sightings that are lost,
-    `markers` those that are looked for (default: all on the axes and the tip). The arm moves at `time_s` or, where
-    that is None, every `POSE_PERIOD_S`, and the recording then has no times. `truth_px` are the true pixels
-    (`pixels_of`) where that has been done before.
+    `markers` those that are looked for (default: all on the axes and the tip). The arm is seen at `time_s` or, where
+    that is None, once in each of the world's periods, and the recording then has no times. `truth_px` are the true
+    pixels (`pixels_of`) where that has been done before.
     """
     n = len(q_cmd)
     if truth_px is None:
-        clock = default_clock(n) if time_s is None else time_s
+        clock = default_clock(n, world.pose_period_s) if time_s is None else time_s
         truth_px = pixels_of(world, simulate(world, q_cmd, clock, payload_kg), clock)
     seen = {}
     for name in world.arm.marker_names if markers is None else markers:
@@ -113,20 +105,15 @@ def make_angle_recording(
     Times and payload as for `make_recording`.
     """
     n = len(q_cmd)
-    clock = default_clock(n) if time_s is None else time_s
-    arm = ArmSimulation(world)
-    angles = np.empty((n, world.arm.n_joints))
-    for sample in range(n):
-        arm.move(q_cmd[sample], sample, float(clock[sample]), 0.0 if payload_kg is None else float(payload_kg[sample]))
-        angles[sample] = arm.joint_angles()
-    shown = np.clip(np.arange(n) - world.picture_lag, 0, n - 1)
+    clock = default_clock(n, world.pose_period_s) if time_s is None else time_s
+    angles = simulate_angles(world, q_cmd, clock, payload_kg)
     return Recording(
         arm=world.arm,
         sample=make_samples(n),
         time_s=np.full(n, np.nan) if time_s is None else np.asarray(time_s, dtype=float),
         trajectory=np.asarray(trajectory, dtype=np.str_),
         q_cmd=np.asarray(q_cmd, dtype=float),
-        q_meas=angles[shown] + noise_rad * rng.standard_normal(angles.shape),
+        q_meas=angles + noise_rad * rng.standard_normal(angles.shape),
         payload_kg=payload_kg,
         held_out=held_out,
     )

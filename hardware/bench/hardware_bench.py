@@ -65,6 +65,7 @@ class HardwareBench:
         self._resting: tuple[Picture, Grey] | None = None  # what the last move ended with, until it is captured
         self._unseen_moves = 0  # plain ones on end that the picture did not show
         self._started_s = 0.0
+        self._sent_s: float | None = None
 
     def connect(self) -> None:
         """Open both, and learn the picture's noise while the arm is limp.
@@ -79,7 +80,7 @@ class HardwareBench:
         except BaseException:
             self.close()
             raise
-        self._started_s = time.monotonic()
+        self._started_s, self._sent_s = time.monotonic(), None
 
     def move(self, q_cmd_rad: Array) -> None:
         """Move to (n,) joint angles, rad, and return when the arm is still in the picture.
@@ -101,7 +102,8 @@ class HardwareBench:
         picture, grey = self._resting or self._new_picture()
         self._resting = None
         self._refuse_bad_picture(grey)
-        return Frame(picture.image, picture.arrived_s - self._started_s)
+        given_s = None if self._sent_s is None else self._sent_s - self._started_s
+        return Frame(picture.image, picture.arrived_s - self._started_s, given_s)
 
     def close(self) -> None:
         """Detach the servos, which `detached` tells of then, and release the camera. May be called twice."""
@@ -124,7 +126,7 @@ class HardwareBench:
         """
         self.setup.limits.check_pose(q, "arming")
         before = self._settling.now()
-        sent_s = time.monotonic()
+        sent_s = self._sent_s = time.monotonic()
         self.detached = False
         self.link.arm(self.setup.servo_map.pulses_us(q))
         self._q = q
@@ -191,7 +193,7 @@ class HardwareBench:
         # Taken anew for each step: between two poses a mass may have been hung, or a lamp switched on.
         before = self._settling.now()
         distance = 0.0 if self._q is None else float(np.abs(q - self._q).max())
-        sent_s = time.monotonic()
+        sent_s = self._sent_s = time.monotonic()
         try:
             self.link.move(self.setup.servo_map.pulses_us(q), distance / speed_rad_s)
         except RefusedError:

@@ -91,7 +91,7 @@ class CaptureFolder:
         """
         if self._handle is None:
             raise JobError(f"{self.folder}: not open")
-        row = self._row(self._done, self._time_offset_s + frame.time_s)
+        row = self._row(self._done, frame)
         whole = os.fstat(self._handle).st_size
         try:
             store(self.frame_path(self._done), frame.image)
@@ -189,7 +189,11 @@ class CaptureFolder:
         """Whether a row is as a capture writes it, but its picture never reached the disk: it is done again."""
         if sample >= len(self.plan) or self._has_picture(sample):
             return False
-        return row.cells[2:] == cells_of(self._row(sample, 0.0))[2:]  # a measured one is no capture's to drop
+        commanded = self._columns().index("commanded_s")
+        found, wanted = (
+            [*cells[2:commanded], *cells[commanded + 1 :]] for cells in (row.cells, cells_of(self._row(sample)))
+        )
+        return found == wanted  # a measured one is no capture's to drop
 
     def _has_picture(self, sample: int) -> bool:
         path = self.frame_path(sample)
@@ -200,7 +204,7 @@ class CaptureFolder:
         where = f"{samples}: line {sample + 2}"
         if sample >= len(self.plan):
             raise RecordingError(f"{where}: the plan has {len(self.plan)} poses only; choose another --out")
-        wanted = cells_of(self._row(sample, 0.0))
+        wanted = cells_of(self._row(sample))
         keys = [0, *range(2, 3 + self._arm.n_joints)]  # sample, trajectory and commands; time and markers are free
         if len(cells) != len(wanted) or [cells[k] for k in keys] != [wanted[k] for k in keys]:
             raise RecordingError(
@@ -251,23 +255,26 @@ class CaptureFolder:
         return self.folder / "servos.json"
 
     def _header(self) -> dict[str, Any]:
-        return header_of(self._recording(0, 0.0))
+        return header_of(self._recording(0))
 
     def _columns(self) -> list[str]:
-        return columns_of(self._recording(0, 0.0))
+        return columns_of(self._recording(0))
 
-    def _row(self, sample: int, time_s: float) -> bytes:
-        return line_of(row_of(self._recording(sample, time_s), 0))
+    def _row(self, sample: int, frame: Frame | None = None) -> bytes:
+        return line_of(row_of(self._recording(sample, frame), 0))
 
-    def _recording(self, sample: int, time_s: float) -> Recording:
+    def _recording(self, sample: int, frame: Frame | None = None) -> Recording:
         """One row as a recording; its markers are not measured yet, which an empty cell says."""
         rows = slice(sample, sample + 1)
+        seen_s = 0.0 if frame is None else frame.time_s + self._time_offset_s
+        given_s = np.nan if frame is None or frame.commanded_s is None else frame.commanded_s + self._time_offset_s
         return Recording(
             arm=self._arm,
             camera=self._camera,
             arm_plane_z_mm=self._arm_plane_z_mm,
             sample=np.array([sample]),
-            time_s=np.array([round(time_s, 6)]),
+            time_s=np.array([round(seen_s, 6)]),
+            commanded_s=np.array([round(given_s, 6)]),
             trajectory=self.plan.trajectory[rows],
             q_cmd=self.plan.q_cmd[rows],
             markers_px={name: np.full((1, 2), np.nan) for name in self._arm.marker_names},

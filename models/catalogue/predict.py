@@ -58,12 +58,15 @@ def ordered(effects: Sequence[Active]) -> list[Active]:
 
 
 def joint_angles(context: Context, effects: Sequence[Active]) -> Array:
-    """(N, n) angles at which the links stand, rad, for the context's commands."""
-    q = context.q_cmd
+    """(N, n) angles at which the links stand when the rows are seen, rad.
+
+    The terms step through the commands in the order in which they were given, what remembers among them.
+    """
+    q = context.commands.q
     for active in ordered(effects):
         if active.effect.stage <= Stage.JOINT and active.effect.term is not None:
             q = active.effect.term(context, q, active.values, active.site)
-    return q
+    return context.commands.sampled(q)
 
 
 def marker_points(context: Context, geometry: Geometry, q: Array, effects: Sequence[Active] = ()) -> Array:

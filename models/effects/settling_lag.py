@@ -44,10 +44,11 @@ def _left(remaining: Array, usual_waits: float) -> Array:
 
 
 def physical(context: Context, values: Array) -> dict[str, Any]:
-    """Return the parts as the simulated bench takes them: it waits equally long for every picture, and no servo of it
+    """Return the parts as the simulated bench takes them, and the wait after which they are left: no servo of it
     overshoots.
     """
-    return {f"remaining{joint + 1}": max(float(part), 0.0) for joint, part in enumerate(values[:-1])}
+    parts = {f"remaining{joint + 1}": max(float(part), 0.0) for joint, part in enumerate(values[:-1])}
+    return parts if context.time_s is None else {**parts, "wait_s": context.usual_wait_s}
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
@@ -70,8 +71,6 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-# The bench takes its picture, and goes on, this long after each command: twelve periods of the command pulses.
-_WAIT_S = 0.240
 # Boards that hold so tightly that neither the load nor the dry friction of the gears (4e-6 rad at a twentieth of this)
 # is mixed with the lag, of which a small step leaves as little.
 _STIFFNESS_NM_RAD = 100_000.0
@@ -81,11 +80,13 @@ _UNHURRIED_RAD_S = 10_000.0
 
 
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
-    """Make the servos sluggish and take each picture, and go on, before they have arrived.
+    """Make the servos sluggish and take each picture when it is due, arrived or not.
 
-    `remaining1`, `remaining2`, ... (or `remaining`, for all) are the parts of a step that are still to go. What delays
-    the servos is a slow filter in their boards; the motors could go faster.
+    `remaining1`, `remaining2`, ... (or `remaining`, for all) are the parts of a step that are still to go `wait_s`
+    after the command, by default the bench's usual time to a picture. What delays the servos is a slow filter in their
+    boards; the motors could go faster.
     """
+    wait_s = float(parameters.get("wait_s", world.pose_period_s))
     numbers = range(1, world.arm.n_joints + 1)
     parts = {n: float(parameters.get(f"remaining{n}", parameters["remaining"])) for n in numbers}
     servo = replace(world.servo, stiffness_nm_rad=_STIFFNESS_NM_RAD, approach_speed_rad_s=_UNHURRIED_RAD_S)
@@ -93,13 +94,13 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     def mechanism(spec: mujoco.MjSpec) -> None:
         for number, part in parts.items():
             spec.actuator(f"servo{number}").forcelimited = False
-            if part > math.exp(-_WAIT_S / servo.loop_time_s):  # else the loop is as quick as it can be
+            if part > math.exp(-wait_s / servo.loop_time_s):  # else the loop is as quick as it can be
                 bias = spec.actuator(f"servo{number}").biasprm  # 0, -stiffness, -damping
-                steps = round(_WAIT_S / spec.option.timestep)
+                steps = round(wait_s / spec.option.timestep)
                 # Each step leaves 1 - timestep * stiffness / damping of the way, as a board that samples does.
                 bias[2] = bias[1] * spec.option.timestep / (1.0 - part ** (1.0 / steps))
 
-    sluggish = replace(world, servo=servo, capture_after_s=_WAIT_S)
+    sluggish = replace(world, servo=servo, waits_for_rest=False)
     return sluggish.with_mechanism(mechanism, relieved=tuple(f"joint{number}" for number in numbers))
 
 
@@ -112,7 +113,11 @@ EFFECT = Effect(
     term=term,
     starts=_starts,
     injector=inject,
-    injected=(Injected("remaining", (0.0, 0.99), 0.0), Injected("remaining{joint}", (0.0, 0.99), optional=True)),
+    injected=(
+        Injected("remaining", (0.0, 0.99), 0.0),
+        Injected("remaining{joint}", (0.0, 0.99), optional=True),
+        Injected("wait_s", (0.05, 3600.0), optional=True),
+    ),
     confused_with=("backlash", "hysteresis", "command_shift"),
     experiment="large and small steps to the same pose, and the same steps with a longer wait",
     plans=("growing_steps",),

@@ -12,10 +12,9 @@ from armtwin.calib.diagnosis.holdout import in_millimetres
 from armtwin.calib.diagnosis.problem import Problem
 from armtwin.models.recordings.recording import Recording
 from armtwin.models.twin import Twin, rebuild
-from armtwin.models.world import World
 from armtwin.scenarios.diagnosis.remainder import sightings
-from armtwin.sim.observe import default_clock, pixels_of
-from armtwin.sim.physics.simulation import ArmSimulation, simulate
+from armtwin.sim.observe import pixels_of
+from armtwin.sim.physics.simulation import default_clock, simulate, simulate_angles
 
 Array = NDArray[np.float64]
 
@@ -47,8 +46,9 @@ def resimulate(twin: Twin, recording: Recording, markers: tuple[str, ...]) -> Ar
     clock = recording.time_s if recording.has_time else default_clock(len(recording))
     payload = None if recording.payload_kg is None else np.nan_to_num(recording.payload_kg)
     if twin.camera is None:
-        return _angles(world, recording.q_cmd, clock, payload)[..., None]
-    pixels = pixels_of(world, simulate(world, recording.q_cmd, clock, payload), clock)
+        return simulate_angles(world, recording.q_cmd, clock, payload, recording.commanded_s)[..., None]
+    points = simulate(world, recording.q_cmd, clock, payload, recording.commanded_s)
+    pixels = pixels_of(world, points, clock)
     return np.stack([pixels[name] for name in markers], axis=1)
 
 
@@ -60,17 +60,6 @@ def compare(diagnosis: Diagnosis, twin: Twin, recording: Recording) -> Resimulat
     residual = np.where(seen.counts[..., None], seen.observed - channels, np.nan)
     miss = _length_mm(problem, diagnosis.explanation.final.g, residual)
     return Resimulation(channels, miss, _rms(miss), _rms(miss[diagnosis.held_rows]))
-
-
-def _angles(world: World, q_cmd: Array, clock: Array, payload_kg: Array | None) -> Array:
-    """(N, n) angles of the links, rad: what a protractor would read."""
-    arm = ArmSimulation(world)
-    out = np.empty_like(q_cmd)
-    for sample, q in enumerate(q_cmd):
-        arm.move(q, sample, float(clock[sample]), 0.0 if payload_kg is None else float(payload_kg[sample]))
-        out[sample] = arm.joint_angles()
-    shown: Array = out[np.clip(np.arange(len(out)) - world.picture_lag, 0, len(out) - 1)]
-    return shown
 
 
 def _length_mm(problem: Problem, g: Array, residual: Array) -> Array:

@@ -71,11 +71,15 @@ def _capture(
     return {
         "trajectory": [name for name, q in commands.items() for _ in q],
         "q_cmd_rad": q_cmd,
-        "time_s": times,
+        "time_s": [seen for seen, _ in times],
+        "commanded_s": [given for _, given in times],
     }
 
 
-def _follow(bench: Bench, approach: Array, q_cmd: Array, keep: Callable[[int, Image], None], tick: Tick) -> list[float]:
+def _follow(
+    bench: Bench, approach: Array, q_cmd: Array, keep: Callable[[int, Image], None], tick: Tick
+) -> list[tuple[float, float | None]]:
+    """Return when each pose was seen and commanded, s."""
     times = []
     bench.connect()
     try:
@@ -85,7 +89,7 @@ def _follow(bench: Bench, approach: Array, q_cmd: Array, keep: Callable[[int, Im
             bench.move(q)
             frame = bench.capture()
             keep(number, frame.image)
-            times.append(frame.time_s)
+            times.append((frame.time_s, frame.commanded_s))
             tick(number + 1, len(q_cmd))
     finally:
         bench.close()

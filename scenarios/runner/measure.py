@@ -52,6 +52,7 @@ def _measure(job: Job, name: str, held_out: tuple[str, ...], tick: Tick) -> dict
         arm_plane_z_mm=job.scenario.bench.arm_plane_z_mm,
         sample=make_samples(n),
         time_s=np.array(taken["time_s"]),
+        commanded_s=np.array(taken["commanded_s"]),
         trajectory=np.array(taken["trajectory"], dtype=np.str_),
         q_cmd=np.array(taken["q_cmd_rad"]),
         held_out=held_out,

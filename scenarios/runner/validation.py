@@ -66,7 +66,9 @@ def true_tip(job: Job, name: str, recording: Recording, earlier: Recording | Non
     """
     world = build_world(job.scenario, samples_before(job.scenario, name))
     done = [recording] if earlier is None else [earlier, recording]
-    points = simulate(world, np.concatenate([r.q_cmd for r in done]), np.concatenate([r.time_s for r in done]))
+    q_cmd, seen_s = np.concatenate([r.q_cmd for r in done]), np.concatenate([r.time_s for r in done])
+    given = [r.commanded_s for r in done if r.commanded_s is not None]
+    points = simulate(world, q_cmd, seen_s, commanded_s=np.concatenate(given) if len(given) == len(done) else None)
     column = world.arm.known_markers.index(recording.arm.marker_names[-1])
     tip: Array = points[-len(recording) :, column, :2]
     return tip

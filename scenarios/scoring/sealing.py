@@ -24,7 +24,6 @@ from armtwin.models.world import World
 from armtwin.scenarios.scoring.orders import Kind, Order, SealOptions, load_uncatalogued, orders
 from armtwin.scenarios.scoring.pool import in_processes
 from armtwin.sim.bench import SimulatedBench
-from armtwin.sim.observe import POSE_PERIOD_S
 from armtwin.sim.sealed import STRENGTHS, Sealed, draw_world
 
 SCHEMA = "armtwin.sealed/1"
@@ -115,10 +114,10 @@ def _drawn(task: Task, rng: np.random.Generator) -> Sealed:
 
 def _filmed(folder: Path, recording: Recording, world: World, rng: np.random.Generator) -> Recording:
     """Render every pose into `folder/frames` and return the recording with what was measured in them."""
-    times = recording.time_s if recording.has_time else np.arange(len(recording)) * POSE_PERIOD_S
-    period = float(np.median(np.diff(times))) if len(times) > 1 else POSE_PERIOD_S
+    timed = recording.has_time and len(recording) > 1
+    period = float(np.median(np.diff(recording.time_s))) if timed else world.pose_period_s
     lag, n = world.picture_lag, len(recording)
-    bench = SimulatedBench(replace(world, picture_lag=0), seed=rng, pose_period_s=period, n_poses=n)
+    bench = SimulatedBench(replace(world, picture_lag=0, pose_period_s=period), seed=rng, n_poses=n)
     (folder / "frames").mkdir()
     filed: dict[int, list[int]] = {}
     for row, pose in enumerate(np.clip(np.arange(n) - lag, 0, n - 1)):

@@ -6,19 +6,23 @@ during the move would overshoot, and play and friction remember an overshoot). S
 effects; what is to give gives in a spring beyond the servo.
 
     time  ->   | ramp at approach speed | loop settles | trim | settles | picture
+
+Once it rests the arm stays as it is until the next command, however long that takes. Where a world's pictures do not
+wait for rest, the time from command to picture, and from there to the next command, is what the clock says.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from armtwin.models.commands import settled_commands
 from armtwin.models.mjcf import add_tip_mass, build_arm
 from armtwin.models.units import MM_PER_M
-from armtwin.models.world import Command, World
+from armtwin.models.world import POSE_PERIOD_S, Command, World
 
 Array = NDArray[np.float64]
 
@@ -26,6 +30,8 @@ Array = NDArray[np.float64]
 _CHUNK = 20
 # At rest: what is left to go is this speed times the loop's 20 ms, so 2e-6 rad.
 _REST_RAD_S = 1e-4
+# A servo that takes minutes to arrive goes this slowly when a millionth of a radian is left.
+_STILL_RAD_S = 1e-8
 _TRIM_ROUNDS = 8
 _TRIM_DONE_RAD = 2e-6
 # A pose takes at most this long: a full turn at approach speed, and as much again to settle.
@@ -48,25 +54,38 @@ class ArmSimulation:
         self._electronics = [make() for make in world.electronics]
         self._happened = 0
         self._started = False
+        self._seen_s = 0.0
         self._events = sorted(world.events, key=lambda event: event.sample)
         self._trim = np.zeros(world.arm.n_joints)
         self._payload_kg = 0.0
         mujoco.mj_forward(self.model, self.data)
         self._hold(np.zeros(world.arm.n_joints))
 
-    def move(self, q_cmd: Array, sample: int = 0, time_s: float = 0.0, payload_kg: float = 0.0) -> None:
-        """Send the arm to (n,) rad as pose `sample`, with `payload_kg` hung at its tip.
+    def move(
+        self,
+        q_cmd: Array,
+        sample: int = 0,
+        given_s: float | None = None,
+        payload_kg: float = 0.0,
+        seen_s: float | None = None,
+    ) -> None:
+        """Send the arm to (n,) rad as pose `sample` at `given_s`, with `payload_kg` hung at its tip.
 
-        Returns at the moment of the picture. At its first pose a bench always waits until the arm rests.
+        Returns at the moment of the picture, `seen_s`. By default a command follows the picture before it at once, and
+        is seen after the world's usual time. At its first pose a bench always waits until the arm rests.
         """
+        given = self._seen_s if given_s is None else given_s
+        seen = given + self.world.pose_period_s if seen_s is None else seen_s
+        if self._started and not self.world.waits_for_rest:
+            self._pass(given - self._seen_s)
         self._let_happen(sample)
         self.hang(payload_kg)
-        self._send(q_cmd, sample, time_s)
-        if self.world.capture_after_s is None or not self._started:
+        self._send(q_cmd, sample, given)
+        if self.world.waits_for_rest or not self._started:
             self._settle()
         else:
-            self._run_for(round(self.world.capture_after_s / self.model.opt.timestep))
-        self._started = True
+            self._pass(seen - given)
+        self._started, self._seen_s = True, seen
         mujoco.mj_kinematics(self.model, self.data)
 
     def drive(self, q_cmd: Array, seconds: float) -> None:
@@ -137,6 +156,15 @@ class ArmSimulation:
             if np.abs(self.data.qvel).max() < _REST_RAD_S:
                 return
 
+    def _pass(self, seconds: float) -> None:
+        """Let time pass; an arm that stands still is where it will be then."""
+        left = round(seconds / self.model.opt.timestep)
+        while left > 0:
+            self._run_for(min(_CHUNK, left))
+            left -= _CHUNK
+            if np.abs(self.data.qvel).max() < _STILL_RAD_S:
+                return
+
     def _run_for(self, steps: int) -> None:
         if self._relief is None:
             mujoco.mj_step(self.model, self.data, steps)
@@ -172,18 +200,53 @@ class _Relief:
 
 
 def simulate(
-    world: World, q_cmd: Array, time_s: Array | None = None, payload_kg: Array | Sequence[float] | None = None
+    world: World,
+    q_cmd: Array,
+    time_s: Array | None = None,
+    payload_kg: Array | Sequence[float] | None = None,
+    commanded_s: Array | None = None,
 ) -> Array:
     """Run (N, n) commands, rad, in their order; return (N, M, 3) sticker centres in the robot frame, mm.
 
-    `time_s` (N,) are the commands' times, `payload_kg` (N,) the known mass hung at the tip.
+    They are seen at `time_s` (N,), by default one usual time after another, and given at `commanded_s` (N,), by default
+    when the pose before was seen. `payload_kg` (N,) is the known mass hung at the tip.
     """
+    return _run(world, q_cmd, time_s, payload_kg, commanded_s, ArmSimulation.markers_mm)
+
+
+def simulate_angles(
+    world: World,
+    q_cmd: Array,
+    time_s: Array | None = None,
+    payload_kg: Array | Sequence[float] | None = None,
+    commanded_s: Array | None = None,
+) -> Array:
+    """Run commands as `simulate` does; return (N, n) angles of the links, rad: what a protractor reads."""
+    return _run(world, q_cmd, time_s, payload_kg, commanded_s, ArmSimulation.joint_angles)
+
+
+def _run(
+    world: World,
+    q_cmd: Array,
+    time_s: Array | None,
+    payload_kg: Array | Sequence[float] | None,
+    commanded_s: Array | None,
+    look: Callable[[ArmSimulation], Array],
+) -> Array:
+    """(N, ...) what `look` sees at every pose."""
     n = len(q_cmd)
-    times = np.zeros(n) if time_s is None else time_s
+    seen_s = default_clock(n, world.pose_period_s) if time_s is None else time_s
+    commands = settled_commands(q_cmd, seen_s, commanded_s)
     payloads = np.zeros(n) if payload_kg is None else np.asarray(payload_kg, dtype=float)
     arm = ArmSimulation(world)
-    out = np.empty((n, len(arm.marker_names), 3))
+    seen = []
     for sample in range(n):
-        arm.move(q_cmd[sample], sample, float(times[sample]), float(payloads[sample]))
-        out[sample] = arm.markers_mm()
-    return out[np.clip(np.arange(n) - world.picture_lag, 0, n - 1)]
+        given, sight = float(commands.given_s[sample]), float(commands.seen_s[sample])
+        arm.move(q_cmd[sample], sample, given, float(payloads[sample]), sight)
+        seen.append(look(arm))
+    return np.array(seen)[np.clip(np.arange(n) - world.picture_lag, 0, n - 1)]
+
+
+def default_clock(n: int, period_s: float = POSE_PERIOD_S) -> Array:
+    """(n,) times of poses that follow one another every `period_s`."""
+    return np.arange(n, dtype=float) * period_s

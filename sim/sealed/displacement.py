@@ -84,7 +84,7 @@ class Scene:
 
 # Of the order of the displacements that are looked for; gross errors lie tens of pixels off.
 _ROBUST_PX = 3.0
-_MOVES_THE_ARM = ("servo", "deviation", "electronics", "mechanics", "events", "capture_after_s", "bendable", "relieved")
+_MOVES_THE_ARM = ("servo", "deviation", "electronics", "mechanics", "events", "waits_for_rest", "bendable", "relieved")
 
 
 def moved_px(scene: Scene, world: World, seed: int, beyond_geometry: bool = True) -> float:

@@ -107,6 +107,7 @@ def bench_of(
     if markers is None:
         tip_only = rng.random() < 0.125 and not NEEDS_MARKERS.intersection(names)
         markers = (declared.marker_names[0], declared.marker_names[-1]) if tip_only else declared.marker_names
+    world = replace(world, pose_period_s=period)
     return world, Scene(world, plan, held_out, period, timed, noise, tuple(markers))
 
 

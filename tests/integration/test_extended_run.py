@@ -11,7 +11,7 @@ import pytest
 
 from armtwin.models.recordings.reader import read_recording
 from armtwin.models.twin import read_twin, rebuild
-from armtwin.sim.observe import POSE_PERIOD_S
+from armtwin.models.world import POSE_PERIOD_S
 
 # One worker of pytest-xdist makes the run that all of these look at.
 pytestmark = [pytest.mark.xdist_group("integration-extended-run"), pytest.mark.slow]
@@ -108,7 +108,7 @@ def test_each_error_has_its_interval(rows: dict[str, dict[str, Any]]) -> None:
 def test_the_line_by_the_extended_twin_comes_after_all_that_was_diagnosed(run: Path) -> None:
     """Play remembers: the bench does again what it had done, unseen, before the first picture is taken."""
     before, extended = (read_recording(run / "recordings" / name) for name in ("before", "extended"))
-    assert extended.time_s[0] == pytest.approx(len(before) * POSE_PERIOD_S)
+    assert extended.time_s[0] == pytest.approx((len(before) + 1) * POSE_PERIOD_S)
     assert set(extended.trajectory) == {"line"}
     assert len(list((run / "recordings" / "extended" / "frames").iterdir())) == len(extended) == 8
 

@@ -15,7 +15,8 @@ from armtwin.models.world import World
 from armtwin.scenarios.cli import main
 from armtwin.scenarios.closed_loop import Round, close_loop, close_loop_on, described, go_on, record_scenario
 from armtwin.scenarios.scenario import read_scenario
-from armtwin.sim.observe import default_clock, make_recording
+from armtwin.sim.observe import make_recording
+from armtwin.sim.physics.simulation import default_clock
 from tests.support.worlds import scattered, upright_world, with_effect
 
 DEVIATION = Deviation(np.array([2.0, -3.0, 1.0, 0.0]), np.array([0.02, -0.03, 0.01]))

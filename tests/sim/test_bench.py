@@ -70,10 +70,12 @@ def test_the_same_seed_gives_the_same_picture() -> None:
     np.testing.assert_array_equal(*pictures)
 
 
-def test_a_frame_carries_the_time_of_its_pose(bench: SimulatedBench) -> None:
+def test_a_frame_says_when_it_was_taken_and_when_its_pose_was_commanded(bench: SimulatedBench) -> None:
+    assert bench.capture().commanded_s is None
     bench.move(POSE)
     bench.move(POSE)
-    assert bench.capture().time_s == 1.5
+    frame = bench.capture()
+    assert (frame.commanded_s, frame.time_s) == (1.5, 3.0)
 
 
 def test_a_sticker_off_its_axis_is_drawn_off_its_axis() -> None:

@@ -46,7 +46,7 @@ def errors_rad(world: World, q_cmd: Array, time_s: Array | None = None) -> Array
     arm = ArmSimulation(world)
     reached = np.empty_like(q_cmd)
     for sample, q in enumerate(q_cmd):
-        arm.move(q, sample, 0.0 if time_s is None else float(time_s[sample]))
+        arm.move(q, sample, None if time_s is None else float(time_s[sample]))
         reached[sample] = arm.joint_angles()
     return reached - q_cmd
 

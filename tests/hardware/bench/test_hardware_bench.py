@@ -200,12 +200,15 @@ def test_a_picture_without_any_marker_is_refused_before_anything_is_armed(wired:
         assert board.drain() == []
 
 
-def test_time_runs_from_picture_to_picture(bench: HardwareBench):
+def test_time_runs_from_command_to_picture_to_command(bench: HardwareBench):
     bench.move(np.array([0.1, 0.0, 0.0]))
-    first = bench.capture().time_s
+    first = bench.capture()
     bench.move(np.array([0.2, 0.0, 0.0]))
+    second = bench.capture()
 
-    assert 0.0 < first < bench.capture().time_s
+    assert first.commanded_s is not None
+    assert second.commanded_s is not None
+    assert 0.0 < first.commanded_s < first.time_s < second.commanded_s < second.time_s
 
 
 @pytest.mark.parametrize("q", [[1.3, 0.0, 0.0], [0.0, np.nan, 0.0], [0.0, 0.0]])

@@ -37,7 +37,8 @@ def begin(folder: Path, plan: Plan = PLAN, arm: Arm | None = None, servos: Servo
 
 def frame(seed: int, time_s: float | None = None) -> Frame:
     image = np.random.default_rng(seed).integers(0, 255, (72, 128, 3), dtype=np.uint8)
-    return Frame(image, float(seed) if time_s is None else time_s)
+    seen_s = float(seed) if time_s is None else time_s
+    return Frame(image, seen_s, commanded_s=seen_s - 0.25)
 
 
 def fill(folder: Path, poses: int, plan: Plan = PLAN) -> None:
@@ -92,6 +93,7 @@ def test_a_whole_capture_reads_back_as_a_recording(folder: Path):
     np.testing.assert_array_equal(recording.q_cmd, PLAN.q_cmd)
     assert list(recording.trajectory) == ["a", "a", "b", "b"]
     np.testing.assert_allclose(recording.time_s, [0, 1, 2, 3])
+    np.testing.assert_allclose(recording.commanded_s, [-0.25, 0.75, 1.75, 2.75])
     assert sorted(recording.markers_px) == ["a", "b", "c", "f"]
     assert np.isnan(recording.markers_px["a"]).all()
 
@@ -159,7 +161,9 @@ def test_time_does_not_run_backwards_when_taken_up(folder: Path):
     recording.add(frame(3, time_s=0.9))
     recording.close()
 
-    assert (np.diff(read_recording(folder).time_s) > 0).all()
+    taken_up = read_recording(folder)
+    assert (np.diff(taken_up.time_s) > 0).all()
+    np.testing.assert_allclose(taken_up.time_s - taken_up.commanded_s, 0.25, atol=1e-6)
 
 
 def test_a_row_torn_by_a_power_cut_is_done_again(folder: Path):

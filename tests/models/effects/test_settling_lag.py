@@ -37,6 +37,8 @@ def test_after_twice_the_usual_wait_the_fraction_is_squared_if_waits_matter(wait
     assert 1.0 - turned("settling_lag", context, [0.3, 0.0, 0.0, waits_matter])[-1, 0] == pytest.approx(left)
 
 
-def test_a_twin_holds_no_overshoot_and_no_timing_of_a_recording() -> None:
-    built = effect_named("settling_lag").built(context_of(), Site(), np.array([0.3, -0.1, 0.0, 1.0]))
-    assert built == {"remaining1": 0.3, "remaining2": 0.0, "remaining3": 0.0}
+def test_a_twin_holds_no_overshoot_and_says_after_which_wait_its_parts_are_left() -> None:
+    values = np.array([0.3, -0.1, 0.0, 1.0])
+    built = effect_named("settling_lag").built(context_of(), Site(), values)
+    assert built == {"remaining1": 0.3, "remaining2": 0.0, "remaining3": 0.0, "wait_s": 2.0}
+    assert "wait_s" not in effect_named("settling_lag").built(context_of(timed=False), Site(), values)

@@ -11,8 +11,7 @@ from armtwin.models.world import Moment, World
 from armtwin.scenarios.closed_loop import record_scenario
 from armtwin.scenarios.runner.diagnosis import camera_now, corrected_line
 from armtwin.scenarios.scenario import ScenarioFile, check_scenario
-from armtwin.sim.observe import default_clock
-from armtwin.sim.physics.simulation import simulate
+from armtwin.sim.physics.simulation import default_clock, simulate
 
 GEOMETRY = {"length_errors_mm": [6.7, 4.6, -0.7, 1.0], "joint_errors_rad": [0.02, 0.018, 0.083]}
 PLAY = {"name": "backlash", "joint": 2, "width_rad": 0.03}

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from armtwin.models.errors import InputError
+from armtwin.sim.physics.simulation import simulate_angles
 from tests.support.worlds import errors_rad, flat_world, there_and_back, upright_world, with_effect
 
 ARRIVED_RAD = 2e-5
@@ -84,6 +85,17 @@ def test_a_picture_taken_too_early_shows_a_part_of_the_step_to_go() -> None:
     assert error[2, 1] == pytest.approx(-0.06, rel=0.1)
     assert error[2, 0] == pytest.approx(0.1 * error[1, 0], abs=5e-4)
     assert error[3, 2] == pytest.approx(-0.004, abs=2e-3)
+
+
+def test_a_sluggish_arm_lives_through_the_time_that_the_record_states() -> None:
+    world = with_effect(flat_world(), "settling_lag", {"remaining": 0.25, "wait_s": 1.0})
+    q = along(1, [0.0, 0.2, 0.2, 0.4])
+    given = np.array([0.0, 2.0, 4.0, 6.0])
+    to_go = [q[:, 0] - simulate_angles(world, q, given + after, commanded_s=given)[:, 0] for after in (0.5, 1.0, 2.0)]
+    # From one command to the next a sixteenth is left: two waits of a second.
+    np.testing.assert_allclose(to_go[0], [0.0, 0.1, 0.1 / 16, 0.1 + 0.1 / 256], rtol=0.03, atol=2e-4)
+    np.testing.assert_allclose(to_go[1], [0.0, 0.05, 0.05 / 16, 0.05 + 0.05 / 256], rtol=0.03, atol=2e-4)
+    np.testing.assert_allclose(to_go[2], [0.0, 0.2 / 16, 0.2 / 256, 0.2 / 16], rtol=0.03, atol=2e-4)
 
 
 def test_a_step_that_never_ends_is_refused() -> None:
