@@ -31,7 +31,7 @@ _PANEL_EDGE_MM = 25.0
 
 
 def panel_parts() -> list[Part]:
-    """Build the panel behind the arm, fixed in the board frame and wider than any view of it; shadows fall on it."""
+    """Build the panel behind the arm, fixed in the board frame; shadows fall on it. A webcam sees nothing beyond it."""
     panel = grid(steps(-600.0, 800.0, _PANEL_EDGE_MM), steps(-500.0, 600.0, _PANEL_EDGE_MM), PANEL_Z_MM)
     return [Part("panel", panel, PANEL, backdrop=True)]
 

@@ -9,10 +9,11 @@ from scipy.spatial.transform import Rotation
 from armtwin.calib.gauges import evaluate, measure_gauges
 from armtwin.calib.markers import detect, identify
 from armtwin.models.arm import nominal_arm
-from armtwin.models.camera import project
+from armtwin.models.camera import Camera, project
 from armtwin.models.camera_files import nominal_camera
 from armtwin.models.frames import robot_to_board
 from armtwin.models.kinematics import inverse, marker_positions
+from armtwin.models.lenses import Equidistant
 from armtwin.models.trajectories import circle
 from armtwin.sim.render.arm_scene import arm_parts
 from armtwin.sim.render.bench_scene import (
@@ -26,6 +27,7 @@ from armtwin.sim.render.bench_scene import (
 from armtwin.sim.render.poses import planar_arm_poses, robot_bodies_on_board
 from armtwin.sim.render.renderer import LensRenderer
 from armtwin.sim.sensor.sensor import Sensor, expose
+from tests.sim.render.field import disc_field, pixel_grid
 from tests.support.discs import PLANE_MM, places_of
 
 BASE_MM = np.array([40.0, -33.0, PLANE_MM])
@@ -70,3 +72,15 @@ def test_markers_of_a_rendered_arm_are_named_and_right(sensor: Sensor, worst_px:
             assert reading.is_complete, reading.messages
             found = np.stack([reading.pixels[name] for name in arm.marker_names])
             assert found == pytest.approx(project(camera, robot_to_board(places, BASE_MM)), abs=worst_px)
+
+
+def test_discs_are_found_where_they_are_through_a_fisheye() -> None:
+    lens = Equidistant(np.array([0.0368, 0.0091, -0.0097, 0.001]))
+    K = np.array([[320.0, 0.0, 318.3], [0.0, 321.0, 241.9], [0.0, 0.0, 1.0]])
+    camera = Camera(640, 480, K, lens, np.diag([-1.0, -1.0, 1.0]), np.array([0.0, 0.0, 485.0]))
+    parts, places, _ = disc_field(camera, pixel_grid(camera, 7, 5))
+    with LensRenderer(camera, [*panel_parts(), *parts], supersampling=3) as renderer:
+        found = detect(renderer.render({}), camera=camera)
+    away = [np.linalg.norm(project(camera, places) - disc.centre, axis=1).min() for disc in found]
+    assert len(found) >= 10
+    assert max(away) < 0.03
