@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +12,8 @@ from numpy.typing import NDArray
 
 from armtwin.models import atomic
 from armtwin.models.arm import Arm
-from armtwin.models.errors import InputError, nearest, shown
+from armtwin.models.csv_table import CsvTable, finite, in_units, read_csv
+from armtwin.models.errors import InputError
 from armtwin.models.kinematics import inverse
 from armtwin.models.trajectories import paper_trajectories
 
@@ -62,53 +62,50 @@ def steps_between(q_from: Array, q_to: Array, max_step_rad: float) -> Array:
 
 
 def read_plan(path: Path, n_joints: int) -> Plan:
-    """Read a plan file: `trajectory, theta1_cmd_rad, ...` and maybe `payload_kg`; raises `InputError`."""
+    """Read a plan file: `theta1_cmd_rad, ...`, and maybe `trajectory` and `payload_kg`; raises `InputError`.
+
+    A plan without `trajectory` is one trajectory, named after its file.
+    """
     joints = [f"theta{i + 1}_cmd_rad" for i in range(n_joints)]
-    required, valid = ["trajectory", *joints], ["trajectory", *joints, "payload_kg"]
-    try:
-        if path.stat().st_size > _MAX_BYTES:
-            raise InputError(f"{path.name}: larger than {_MAX_BYTES} bytes, no plan")
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            lines = list(csv.reader(stream))
-    except (FileNotFoundError, IsADirectoryError):
-        raise InputError(f"{path}: no such file; a plan is a CSV with columns {', '.join(required)}") from None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path.name}: not a CSV file in UTF-8 ({error})") from None
-    while lines and not lines[-1]:  # blank lines at the end; one between rows would shift every line number
-        lines.pop()
-    columns = [name.strip() for name in lines[0]] if lines else []
-    for name in columns:
-        if name not in valid:
-            raise InputError(f"{path.name}: unknown column '{shown(name)}'{nearest(name, valid)}")
-    for name in required:
-        if columns.count(name) != 1:
-            raise InputError(f"{path.name}: column '{name}' is wanted once, found {columns.count(name)} times")
-    if len(lines) < 2:
-        raise InputError(f"{path.name}: no poses; one row a pose is wanted")
-    for number, line in enumerate(lines[1:], start=2):
-        if len(line) != len(columns):
-            raise InputError(f"{path.name}: line {number} has {len(line)} cells, the header has {len(columns)}")
-    numbers = {
-        name: np.array([_number(path, number, name, line[columns.index(name)]) for number, line in _numbered(lines)])
-        for name in columns
-        if name != "trajectory"
-    }
-    q_cmd = np.stack([numbers[name] for name in joints], axis=-1)
+    what = f"a CSV with columns trajectory, {', '.join(joints)}"
+    table = read_plan_table(path, ["trajectory", *joints, "payload_kg"], what)
+    for name in joints:
+        if name not in table.columns:
+            raise InputError(f"{path.name}: column '{name}' is missing; a plan has one for each joint")
+    rows = range(len(table))
+    q_cmd = np.array([[finite(table, row, name) for name in joints] for row in rows])
     too_large = np.argwhere(np.abs(q_cmd) > 2 * np.pi)
     if len(too_large):
         row, joint = too_large[0]
         raise InputError(
-            f"{path.name}: line {row + 2}, column '{joints[joint]}': {q_cmd[row, joint]:g} is beyond 2 pi; "
-            "angles are in radians, these look like degrees: multiply by pi/180"
+            f"{table.at(row, joints[joint])}: {q_cmd[row, joint]:g} is beyond 2 pi; angles are in radians, these look "
+            f"like degrees: name the column {joints[joint].removesuffix('_rad')}_deg, or multiply by pi/180"
         )
-    for row, payload in enumerate(numbers.get("payload_kg", np.zeros(0))):
-        if not 0 <= payload <= _MOST_PAYLOAD_KG:
+    payload_kg = np.zeros(len(table))
+    if "payload_kg" in table.columns:
+        payload_kg = np.array([finite(table, row, "payload_kg") for row in rows])
+        beyond = np.flatnonzero((payload_kg < 0) | (payload_kg > _MOST_PAYLOAD_KG))
+        if len(beyond):
+            row = int(beyond[0])
             raise InputError(
-                f"{path.name}: line {row + 2}, column 'payload_kg': {payload:g} found, 0 to {_MOST_PAYLOAD_KG:g} is "
-                "wanted, in kilograms"
+                f"{table.at(row, 'payload_kg')}: {payload_kg[row]:g} found, 0 to {_MOST_PAYLOAD_KG:g} is wanted, in "
+                "kilograms"
             )
-    names = np.array([line[columns.index("trajectory")] for line in lines[1:]], dtype=np.str_)
-    return Plan(names, q_cmd, numbers.get("payload_kg", np.zeros(len(q_cmd))))
+    return Plan(trajectories_of(table, path), q_cmd, payload_kg)
+
+
+def read_plan_table(path: Path, valid: list[str], what: str) -> CsvTable:
+    """Read the cells of a plan whose columns are among `valid`; raises `InputError` that says `what` a plan is."""
+    if not path.is_file():
+        raise InputError(f"{path}: no such file; a plan is {what}")
+    return in_units(read_csv(path, _MAX_BYTES, "one row a pose"), valid)
+
+
+def trajectories_of(table: CsvTable, path: Path) -> NDArray[np.str_]:
+    """(N,) names of the trajectories of a plan; the file's where it has no such column."""
+    if "trajectory" not in table.columns:
+        return np.full(len(table), path.stem or "plan")
+    return np.array([table.text(row, "trajectory") for row in range(len(table))], dtype=np.str_)
 
 
 def write_plan(path: Path, plan: Plan) -> None:
@@ -119,17 +116,3 @@ def write_plan(path: Path, plan: Plan) -> None:
     for name, q, payload in zip(plan.trajectory, plan.q_cmd, plan.payload_kg, strict=True):
         writer.writerow([str(name), *(repr(float(angle)) for angle in q), repr(float(payload))])
     atomic.write_text(path, out.getvalue())
-
-
-def _numbered(lines: list[list[str]]) -> list[tuple[int, list[str]]]:
-    return list(enumerate(lines[1:], start=2))
-
-
-def _number(path: Path, line: int, column: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise InputError(f"{path.name}: line {line}, column '{column}': '{text[:40]}' is no finite number")
-    return value

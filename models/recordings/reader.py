@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import json
 from pathlib import Path
 from typing import Annotated, Literal
@@ -13,6 +12,7 @@ from pydantic import Field
 
 from armtwin.models.arm import Arm, arm_from_table
 from armtwin.models.camera import Camera, check_plane
+from armtwin.models.csv_table import CsvTable, in_units, read_csv
 from armtwin.models.errors import InputError, RecordingError, nearest, shown
 from armtwin.models.lenses import lens_named
 from armtwin.models.recordings.recording import OPTIONAL_COLUMNS, Recording
@@ -50,9 +50,9 @@ def read_recording(folder: Path, *, unmeasured: bool = False) -> Recording:
         raise RecordingError(f"{folder}: no such folder; a recording is a folder with recording.json and samples.csv")
     header = _read_header(folder / "recording.json")
     arm = arm_from_table(header.arm)
-    columns, rows = _read_rows(folder / "samples.csv")
-    _check_columns(columns, arm)
-    table = Table(columns, rows)
+    cells = _read_cells(folder / "samples.csv", arm)
+    columns = cells.columns
+    table = Table(cells)
     markers = {name: table.pixels(name, header.camera) for name in arm.known_markers if f"{name}_u_px" in columns}
     q_meas = table.angles(arm, "meas", may_be_empty=True) if "theta1_meas_rad" in columns else None
     if not markers and q_meas is None and not unmeasured:
@@ -126,26 +126,16 @@ def _read_header(path: Path) -> _RecordingFile:
         raise RecordingError(str(error)) from None
 
 
-def _read_rows(path: Path) -> tuple[list[str], list[list[str]]]:
+def _read_cells(path: Path, arm: Arm) -> CsvTable:
     _check_is_file(path)
     try:
-        if path.stat().st_size > _MAX_CSV_BYTES:
-            raise RecordingError(f"{path.name}: larger than {_MAX_CSV_BYTES} bytes; split the recording")
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            lines = list(csv.reader(stream))
+        cells = in_units(read_csv(path, _MAX_CSV_BYTES, "one row a pose"), _valid_columns(arm))
     except OSError as error:
         raise RecordingError(f"{path}: cannot be read ({error.strerror}); a recording folder needs it") from None
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise RecordingError(f"{path.name}: not a CSV file in UTF-8 ({error})") from None
-    while lines and not lines[-1]:  # blank lines at the end; one between rows would shift every line number
-        lines.pop()
-    if len(lines) < 2:
-        raise RecordingError(f"{path.name}: no rows; one row a pose is wanted under the line of column names")
-    columns = [name.strip() for name in lines[0]]
-    for number, line in enumerate(lines[1:], start=2):
-        if len(line) != len(columns):
-            raise RecordingError(f"{path.name}: line {number} has {len(line)} cells, the header has {len(columns)}")
-    return columns, lines[1:]
+    except InputError as error:
+        raise RecordingError(str(error)) from None
+    _check_columns(cells.columns, arm)
+    return cells
 
 
 def _check_is_file(path: Path) -> None:
@@ -155,18 +145,23 @@ def _check_is_file(path: Path) -> None:
         raise RecordingError(f"{path}: {what}; a recording folder needs it")
 
 
-def _check_columns(columns: list[str], arm: Arm) -> None:
-    commands = [f"theta{i + 1}_cmd_rad" for i in range(arm.n_joints)]
-    measured = [f"theta{i + 1}_meas_rad" for i in range(arm.n_joints)]
+def _required_columns(arm: Arm) -> list[str]:
+    return ["sample", "time_s", "trajectory", *(f"theta{i + 1}_cmd_rad" for i in range(arm.n_joints))]
+
+
+def _measured_columns(arm: Arm) -> list[str]:
+    return [f"theta{i + 1}_meas_rad" for i in range(arm.n_joints)]
+
+
+def _valid_columns(arm: Arm) -> list[str]:
     pixels = [f"{name}_{axis}_px" for name in arm.known_markers for axis in "uv"]
-    required = ["sample", "time_s", "trajectory", *commands]
-    valid = [*required, *pixels, *measured, *OPTIONAL_COLUMNS]
-    for name in columns:
-        if name not in valid:
-            raise RecordingError(f"samples.csv: unknown column '{shown(name)}'{nearest(name, valid)}")
-        if columns.count(name) > 1:
-            raise RecordingError(f"samples.csv: column '{name}' stands twice; keep one")
-    wanted = list(required)
+    return [*_required_columns(arm), *pixels, *_measured_columns(arm), *OPTIONAL_COLUMNS]
+
+
+def _check_columns(columns: list[str], arm: Arm) -> None:
+    """Refuse a table that lacks a column."""
+    measured = _measured_columns(arm)
+    wanted = _required_columns(arm)
     for name in arm.known_markers:
         if f"{name}_u_px" in columns or f"{name}_v_px" in columns:
             wanted += [f"{name}_u_px", f"{name}_v_px"]

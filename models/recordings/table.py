@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.arm import Arm
+from armtwin.models.csv_table import CsvTable
 from armtwin.models.errors import RecordingError
 from armtwin.models.validation import CameraTable, short
 
@@ -23,13 +24,13 @@ _LONGEST_NAME = 200
 class Table:
     """The cells of `samples.csv`, converted column by column with the row and column in every message."""
 
-    def __init__(self, columns: list[str], rows: list[list[str]]) -> None:
-        self._columns = columns
-        self._rows = rows
+    def __init__(self, cells: CsvTable) -> None:
+        self._cells = cells
+        self._rows = cells.rows
 
     def numbers(self, name: str, *, may_be_empty: bool = True) -> Array:
         """(N,) numbers, NaN where a cell is empty."""
-        index = self._columns.index(name)
+        index = self._cells.columns.index(name)
         out = np.full(len(self._rows), np.nan)
         for row, cells in enumerate(self._rows):
             text = cells[index].strip()
@@ -38,7 +39,7 @@ class Table:
                     raise RecordingError(f"{self._at(row, name)}: empty, a number is wanted")
                 continue
             try:
-                out[row] = float(text)
+                out[row] = self._cells.number(row, name)
             except ValueError:
                 raise RecordingError(f"{self._at(row, name)}: '{text[:40]}' is no number") from None
             if abs(out[row]) > _LARGEST and math.isfinite(out[row]):
@@ -52,7 +53,7 @@ class Table:
 
     def names(self, name: str) -> NDArray[np.str_]:
         """(N,) names, each printable and of a reasonable length."""
-        index = self._columns.index(name)
+        index = self._cells.columns.index(name)
         for row, cells in enumerate(self._rows):
             if not (cells[index] and cells[index].isprintable() and len(cells[index]) <= _LONGEST_NAME):
                 raise RecordingError(
@@ -81,7 +82,8 @@ class Table:
             row, joint = too_large[0]
             raise RecordingError(
                 f"{self._at(row, names[joint])}: {q[row, joint]:g} is beyond 2 pi; "
-                "angles are in radians, these look like degrees: multiply by pi/180"
+                "angles are in radians, these look like degrees: name the column "
+                f"{names[joint].removesuffix('_rad')}_deg, or multiply by pi/180"
             )
         return q
 
@@ -107,7 +109,7 @@ class Table:
 
     def samples(self) -> NDArray[np.int64]:
         """(N,) numbers of the samples, each once."""
-        index = self._columns.index("sample")
+        index = self._cells.columns.index("sample")
         out = np.empty(len(self._rows), dtype=np.int64)
         seen: dict[int, int] = {}
         for row, cells in enumerate(self._rows):
@@ -117,7 +119,8 @@ class Table:
             number = out[row] = int(text)
             if number in seen:
                 raise RecordingError(
-                    f"{self._at(row, 'sample')}: sample {number} stands already in line {seen[number] + 2}; "
+                    f"{self._at(row, 'sample')}: sample {number} stands already in line "
+                    f"{self._cells.lines[seen[number]]}; "
                     "number every pose once"
                 )
             seen[int(number)] = row
@@ -157,6 +160,5 @@ class Table:
             )
         return times
 
-    @staticmethod
-    def _at(row: int, name: str) -> str:
-        return f"samples.csv: line {row + 2}, column '{name}'"
+    def _at(self, row: int, name: str) -> str:
+        return self._cells.at(row, name)

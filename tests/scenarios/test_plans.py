@@ -48,11 +48,11 @@ def test_poses_of_the_tip_go_through_the_inverse_kinematics(tmp_path: Path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("trajectory,x_mm,y_mm\nt,1,2\n", "columns trajectory, x_mm, y_mm found"),
-        ("trajectory,x_mm,y_mm,theta_rad\n", "no poses"),
+        ("trajectory,x_mm,y_mm\nt,1,2\n", "column 'theta_rad' is missing"),
+        ("trajectory,x_mm,y_mm,theta_rad\n", "no rows"),
         ("trajectory,x_mm,y_mm,theta_rad\nt,-130,forty,3\n", "line 2, column 'y_mm': 'forty' is no finite number"),
         ("trajectory,x_mm,y_mm,theta_rad\nt,-130,nan,3\n", "line 2, column 'y_mm': 'nan' is no finite number"),
-        ("trajectory,x_mm,y_mm,theta_rad\nt,1e300,40,3\n", "line 2, column 'x_mm': '1e300' is no finite number below"),
+        ("trajectory,x_mm,y_mm,theta_rad\nt,1e300,40,3\n", "line 2, column 'x_mm': '1e+300' is no finite number below"),
         ("trajectory,x_mm,y_mm,theta_rad\nt,-130,40\n", "line 2 has 3 cells"),
         (
             "trajectory,x_mm,y_mm,theta_rad\nt,-130,40,180\n",
