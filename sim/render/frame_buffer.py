@@ -26,20 +26,18 @@ class FrameBuffer:
     def __init__(self, width: int, height: int, supersampling: int) -> None:
         self.size = width * supersampling, height * supersampling
         self.supersampling = supersampling
-        limit = int(GL.glGetIntegerv(GL.GL_MAX_RENDERBUFFER_SIZE))
+        limit = min(int(GL.glGetIntegerv(limit)) for limit in (GL.GL_MAX_RENDERBUFFER_SIZE, GL.GL_MAX_TEXTURE_SIZE))
         if max(self.size) > limit:
             raise JobError(f"a picture of {self.size[0]}x{self.size[1]} samples is beyond OpenGL's limit of {limit}")
-        self._colour, self._depth = (int(b) for b in GL.glGenRenderbuffers(2))
-        GL.glBindRenderbuffer(GL.GL_RENDERBUFFER, self._colour)
-        GL.glRenderbufferStorage(GL.GL_RENDERBUFFER, GL.GL_RGBA8, *self.size)
+        self.samples = texture(*self.size)
+        self._depth = int(GL.glGenRenderbuffers(1))
         GL.glBindRenderbuffer(GL.GL_RENDERBUFFER, self._depth)
         GL.glRenderbufferStorage(GL.GL_RENDERBUFFER, GL.GL_DEPTH_COMPONENT24, *self.size)
         self._id = int(GL.glGenFramebuffers(1))
         GL.glBindFramebuffer(GL.GL_FRAMEBUFFER, self._id)
-        GL.glFramebufferRenderbuffer(GL.GL_FRAMEBUFFER, GL.GL_COLOR_ATTACHMENT0, GL.GL_RENDERBUFFER, self._colour)
+        GL.glFramebufferTexture2D(GL.GL_FRAMEBUFFER, GL.GL_COLOR_ATTACHMENT0, GL.GL_TEXTURE_2D, self.samples, 0)
         GL.glFramebufferRenderbuffer(GL.GL_FRAMEBUFFER, GL.GL_DEPTH_ATTACHMENT, GL.GL_RENDERBUFFER, self._depth)
-        if GL.glCheckFramebufferStatus(GL.GL_FRAMEBUFFER) != GL.GL_FRAMEBUFFER_COMPLETE:
-            raise JobError(f"OpenGL refused an off-screen picture of {self.size[0]}x{self.size[1]} samples")
+        check_whole(self.size)
 
     def bind(self) -> None:
         """Draw into this picture from now on."""
@@ -68,4 +66,22 @@ class FrameBuffer:
     def delete(self) -> None:
         """Free the buffers."""
         GL.glDeleteFramebuffers(1, [self._id])
-        GL.glDeleteRenderbuffers(2, [self._colour, self._depth])
+        GL.glDeleteRenderbuffers(1, [self._depth])
+        GL.glDeleteTextures(1, [self.samples])
+
+
+def texture(width: int, height: int) -> int:
+    """Return the number of an empty picture of 8 bits a channel that shaders read sample by sample."""
+    number = int(GL.glGenTextures(1))
+    GL.glBindTexture(GL.GL_TEXTURE_2D, number)
+    GL.glTexImage2D(GL.GL_TEXTURE_2D, 0, GL.GL_RGBA8, width, height, 0, GL.GL_RGBA, GL.GL_UNSIGNED_BYTE, None)
+    for key in (GL.GL_TEXTURE_MIN_FILTER, GL.GL_TEXTURE_MAG_FILTER):
+        GL.glTexParameteri(GL.GL_TEXTURE_2D, key, GL.GL_NEAREST)
+    GL.glBindTexture(GL.GL_TEXTURE_2D, 0)
+    return number
+
+
+def check_whole(size: tuple[int, int]) -> None:
+    """Raise `JobError` where the picture that is bound cannot be drawn into."""
+    if GL.glCheckFramebufferStatus(GL.GL_FRAMEBUFFER) != GL.GL_FRAMEBUFFER_COMPLETE:
+        raise JobError(f"OpenGL refused an off-screen picture of {size[0]}x{size[1]} samples")

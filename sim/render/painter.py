@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from OpenGL import GL
 
 from armtwin.models.errors import InputError
+from armtwin.sim.render.averaging import average_for
 from armtwin.sim.render.frame_buffer import Box, FrameBuffer
 from armtwin.sim.render.lens import LensUniforms
 from armtwin.sim.render.light import Light, Shadow
@@ -56,6 +57,7 @@ class Painter:
         self._inked = LensProgram("inked", inked=True)
         self._shaded = LensProgram("shadow")
         self._frame = FrameBuffer(*image_size, supersampling)
+        self._average = average_for(*image_size)
         self._kept: FrameBuffer | None = None
         self._shadow: Shadow | None = None
 
@@ -77,26 +79,26 @@ class Painter:
             self._shaded.set_bodies(T_board_camera @ shadow.T_flatten @ T_body_board, light_in_body)
 
     def draw_whole(self) -> Image:
-        """Draw all parts: the samples of the whole picture."""
+        """Draw all parts: the whole picture, (H, W, 4)."""
         self._frame.bind()
         self._start()
         self._draw(self._plain, self._moving)
         self._draw(self._inked, self._moving_ink)
         self._cast(self._moving)
         self._draw_still()
-        return self._frame.read(self._whole)
+        return self._average.of(self._frame, self._whole)
 
     def draw_background(self) -> Image:
-        """Draw and keep the parts that stand still: the samples of the whole picture."""
+        """Draw and keep the parts that stand still: the whole picture, (H, W, 4)."""
         if self._kept is None:
             self._kept = FrameBuffer(*self._size, self.supersampling)
         self._kept.bind()
         self._start()
         self._draw_still()
-        return self._kept.read(self._whole)
+        return self._average.of(self._kept, self._whole)
 
     def draw_box(self, box: tuple[int, int, int, int]) -> Image:
-        """Draw the moving parts over the kept background: the samples of a box of pixels."""
+        """Draw the moving parts over the kept background: a box of pixels, (height, width, 4)."""
         if self._kept is None:
             raise RuntimeError("draw_background comes before draw_box")
         u0, v0, u1, v1 = box
@@ -109,7 +111,7 @@ class Painter:
         self._draw(self._inked, self._moving_ink)
         self._cast(self._moving)
         GL.glDisable(GL.GL_SCISSOR_TEST)
-        return self._frame.read(Box(*box))
+        return self._average.of(self._frame, Box(*box))
 
     def delete(self) -> None:
         """Free all of it."""
@@ -118,6 +120,7 @@ class Painter:
         for program in (self._plain, self._inked, self._shaded):
             program.delete()
         self._frame.delete()
+        self._average.delete()
         if self._kept is not None:
             self._kept.delete()
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Mapping, Sequence
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import cv2
 import numpy as np
@@ -12,10 +13,13 @@ from numpy.typing import NDArray
 from armtwin.models.camera import Camera
 from armtwin.models.errors import InputError
 from armtwin.sim.render.changed import covered_box, outline
-from armtwin.sim.render.context import create_context
+from armtwin.sim.render.context import Context, create_context
 from armtwin.sim.render.lens import uniforms_of
 from armtwin.sim.render.light import Light, shadow_on
 from armtwin.sim.render.parts import Part
+
+if TYPE_CHECKING:
+    from armtwin.sim.render.painter import Painter
 
 Array = NDArray[np.float64]
 Image = NDArray[np.uint8]
@@ -60,10 +64,15 @@ class LensRenderer:
         self._context = create_context()
         from armtwin.sim.render.painter import Painter  # binds PyOpenGL, which must know its platform by then
 
-        self._painter = Painter(
-            (camera.image_width, camera.image_height), supersampling, parts, self._bodies, background
-        )
-        self._closed = False
+        size = camera.image_width, camera.image_height
+        try:
+            with self._context.current():
+                self._painter = Painter(size, supersampling, parts, self._bodies, background)
+        except BaseException:
+            self._context.delete()
+            raise
+        self._free = weakref.finalize(self, _free, self._context, self._painter)
+        self._free.atexit = False  # the process frees it all
         self._seen = b""  # the camera of the last frame, and of the background
         self._background_of = b""
         self._background = np.empty((0, 0, 3), np.uint8)
@@ -85,22 +94,8 @@ class LensRenderer:
             self._change_camera(camera)
         camera = self._camera
         T_body_board = self._stack(poses)
-        self._context.make_current()
-        self._painter.set_view(uniforms_of(camera), camera.T_board_camera, T_body_board, self._light, self._shadow)
-        numbers = (camera.K, camera.lens.coefficients, camera.R_board_camera, camera.t_board_camera_mm)
-        key = camera.lens.model.encode() + b"".join(a.tobytes() for a in numbers)
-        standing, self._seen = key == self._seen, key
-        if not standing:
-            return _average(self._painter.draw_whole(), self._painter.supersampling)
-        if key != self._background_of:
-            self._background = _average(self._painter.draw_background(), self._painter.supersampling)
-            self._background_of = key
-        image = self._background.copy()
-        if self._outlines:
-            u0, v0, u1, v1 = box = covered_box(camera, self._reached(T_body_board))
-            if u1 > u0 and v1 > v0:
-                image[v0:v1, u0:u1] = _average(self._painter.draw_box(box), self._painter.supersampling)
-        return image
+        with self._context.current():
+            return self._draw(camera, T_body_board)
 
     def render_linear(self, poses: Mapping[str, Array], camera: Camera | None = None) -> LinearImage:
         """Draw one frame as `render` does: (H, W, 3) float32, blue, green, red, 1 being full scale."""
@@ -108,11 +103,25 @@ class LensRenderer:
 
     def close(self) -> None:
         """Free the context; safe to call twice. Other contexts of the process live on."""
-        if not self._closed:
-            self._closed = True
-            self._context.make_current()
-            self._painter.delete()
-            self._context.delete_context()
+        self._free()
+
+    def _draw(self, camera: Camera, T_body_board: Array) -> Image:
+        painter = self._painter
+        painter.set_view(uniforms_of(camera), camera.T_board_camera, T_body_board, self._light, self._shadow)
+        numbers = (camera.K, camera.lens.coefficients, camera.R_board_camera, camera.t_board_camera_mm)
+        key = camera.lens.model.encode() + b"".join(a.tobytes() for a in numbers)
+        standing, self._seen = key == self._seen, key
+        if not standing:
+            return _opaque(painter.draw_whole())
+        if key != self._background_of:
+            self._background = _opaque(painter.draw_background())
+            self._background_of = key
+        image = self._background.copy()
+        if self._outlines:
+            u0, v0, u1, v1 = box = covered_box(camera, self._reached(T_body_board))
+            if u1 > u0 and v1 > v0:
+                image[v0:v1, u0:u1] = _opaque(painter.draw_box(box))
+        return image
 
     def _change_camera(self, camera: Camera) -> None:
         had = self._camera.image_width, self._camera.image_height
@@ -140,8 +149,13 @@ class LensRenderer:
         return np.vstack([reached, reached @ F[:3, :3].T + F[:3, 3]])
 
 
-def _average(samples: Image, supersampling: int) -> Image:
-    """Average the samples of each pixel: (H s, W s, 4) to (H, W, 3), rounded to the nearest level."""
-    height, width = samples.shape[0] // supersampling, samples.shape[1] // supersampling
-    pixels = cv2.resize(samples, (width, height), interpolation=cv2.INTER_AREA) if supersampling > 1 else samples
+def _opaque(pixels: Image) -> Image:
+    """Drop the fourth channel: (H, W, 4) to (H, W, 3)."""
     return np.asarray(cv2.cvtColor(pixels, cv2.COLOR_BGRA2BGR), np.uint8)
+
+
+def _free(context: Context, painter: Painter) -> None:
+    """Free what a renderer holds, in its own context."""
+    with context.current():
+        painter.delete()
+    context.delete()
