@@ -1,10 +1,15 @@
-"""Processes that do not outlive the one that started them."""
+"""Processes that do not outlive the one that started them, and that keep to one thread."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+# More threads of linear algebra would only compete for the same cores, and sums would depend on how they are split.
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "LP_NUM_THREADS"), "1")
 
 
 def end_with_parent() -> None:
@@ -21,3 +26,15 @@ def end_with_parent() -> None:
         os._exit(1)
 
     threading.Thread(target=watch, name="end-with-parent", daemon=True).start()
+
+
+@contextmanager
+def one_thread_each() -> Iterator[None]:
+    """While the block lasts, processes inherit that their linear algebra uses one thread."""
+    before = dict(os.environ)
+    os.environ.update(_ONE_THREAD)
+    try:
+        yield
+    finally:
+        os.environ.clear()
+        os.environ.update(before)

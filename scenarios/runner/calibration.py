@@ -7,7 +7,7 @@ from typing import Any
 from armtwin.calib.arm import algorithm_1, least_squares
 from armtwin.scenarios.runner.job import Job
 from armtwin.scenarios.runner.measure import recorded
-from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.stage import Tick
 from armtwin.scenarios.scenario import ScenarioFile
 
 METHODS = {"algorithm-1": algorithm_1.calibrate, "least-squares": least_squares.calibrate}

@@ -19,7 +19,7 @@ from armtwin.scenarios.runner.board_views import board_poses
 from armtwin.scenarios.runner.frames import read_frame, write_frame
 from armtwin.scenarios.runner.job import Job
 from armtwin.scenarios.runner.picture import generator
-from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.stage import Tick
 from armtwin.scenarios.runner.world import true_camera
 
 # 10 columns x 7 rows of 23 mm squares (section 5.1): 9 x 6 inner corners.

@@ -14,7 +14,7 @@ from armtwin.models.kinematics import Deviation, inverse
 from armtwin.scenarios.runner.bench import simulated_bench
 from armtwin.scenarios.runner.frames import Image, write_frame
 from armtwin.scenarios.runner.job import Job
-from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.stage import Tick
 from armtwin.scenarios.runner.world import declared_arm
 from armtwin.scenarios.scenario import ScenarioFile
 

@@ -22,7 +22,7 @@ from armtwin.scenarios.diagnosis.words import gain, headline, missed, why_tied
 from armtwin.scenarios.report.section import Section
 from armtwin.scenarios.runner.job import Job
 from armtwin.scenarios.runner.measure import recorded
-from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.stage import Tick
 
 Array = NDArray[np.float64]
 

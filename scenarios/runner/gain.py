@@ -13,7 +13,7 @@ from armtwin.models.validation import CameraTable, check
 from armtwin.scenarios import paper_values as paper
 from armtwin.scenarios.runner.job import Job
 from armtwin.scenarios.runner.measure import recorded
-from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.stage import Tick
 from armtwin.scenarios.runner.validation import line_run, true_tip
 
 Array = NDArray[np.float64]

@@ -21,7 +21,7 @@ from armtwin.scenarios.runner.camera import calibrated_camera
 from armtwin.scenarios.runner.frames import Image, write_frame
 from armtwin.scenarios.runner.job import Job
 from armtwin.scenarios.runner.picture import generator
-from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.stage import Tick
 from armtwin.scenarios.runner.world import true_camera
 from armtwin.scenarios.scenario import ScenarioFile
 from armtwin.sim.bench import SimulatedBench

@@ -17,7 +17,7 @@ from armtwin.scenarios.runner.camera import calibrated_camera
 from armtwin.scenarios.runner.capture import samples_before
 from armtwin.scenarios.runner.job import Job
 from armtwin.scenarios.runner.picture import generator
-from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.stage import Tick
 from armtwin.scenarios.runner.world import build_world, declared_arm
 from armtwin.scenarios.scenario import ScenarioFile
 

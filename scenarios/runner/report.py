@@ -8,7 +8,7 @@ from armtwin.models import atomic
 from armtwin.scenarios.report.data import RunData
 from armtwin.scenarios.report.sections import run_report
 from armtwin.scenarios.runner.job import Job
-from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.stage import Tick
 
 
 def write_report(job: Job, tick: Tick) -> dict[str, Any]:

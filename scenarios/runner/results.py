@@ -14,7 +14,7 @@ from armtwin.models.validation import CameraTable, check
 from armtwin.scenarios import paper_values as paper
 from armtwin.scenarios.runner.job import Job
 from armtwin.scenarios.runner.named import diagnosis_results
-from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.stage import Tick
 from armtwin.scenarios.runner.truth import truth_table
 from armtwin.scenarios.runner.world import declared_arm, true_camera, true_deviation
 

@@ -14,7 +14,7 @@ from armtwin.scenarios.runner import (
     results,
     validation,
 )
-from armtwin.scenarios.runner.run import Stage
+from armtwin.scenarios.runner.stage import Stage
 
 STAGES: dict[str, Stage] = {
     "capture_before": Stage("Trajectories", (), capture.capture_before),

@@ -12,7 +12,7 @@ from armtwin.models.recordings.recording import Recording
 from armtwin.scenarios.runner.capture import samples_before
 from armtwin.scenarios.runner.job import Job
 from armtwin.scenarios.runner.measure import recorded
-from armtwin.scenarios.runner.progress import Tick
+from armtwin.scenarios.runner.stage import Tick
 from armtwin.scenarios.runner.world import build_world
 from armtwin.sim.physics.simulation import simulate
 

@@ -17,23 +17,21 @@ from armtwin.models import atomic
 from armtwin.models.errors import ArmtwinError
 from armtwin.scenarios.processes import end_with_parent
 from armtwin.scenarios.runner.job import Job
-from armtwin.scenarios.runner.progress import Tick, Work
+from armtwin.scenarios.runner.stage import Tick, Work
 
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT}
 
 
 def serve(pipe: Connection, out: Path) -> None:
-    """Do the stages whose names come through `pipe` until it closes."""
-    from armtwin.scenarios.runner.stages import STAGES
-
+    """Do the stages whose names and work come through `pipe` until it closes."""
     end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears Ctrl-C and ends its workers
     cv2.setNumThreads(1)
     job = Job(out)
     try:
         while True:
-            name = pipe.recv()
-            pipe.send(_do(job, name, STAGES[name].work, lambda done, total: pipe.send(("tick", done, total))))
+            name, work = pipe.recv()
+            pipe.send(_do(job, name, work, lambda done, total: pipe.send(("tick", done, total))))
     except (EOFError, BrokenPipeError):
         return
 

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from typing import TypeVar
 
-from armtwin.scenarios.processes import end_with_parent
+from armtwin.scenarios.processes import end_with_parent, one_thread_each
 
 Key = TypeVar("Key")
 Task = TypeVar("Task")
 Result = TypeVar("Result")
-
-# One thread a process: more of them would only compete for the same cores.
-_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "LP_NUM_THREADS"), "1")
 
 
 def in_processes(
@@ -25,8 +21,7 @@ def in_processes(
 
     Processes are spawned, not forked: a fork after an OpenGL context exists hangs.
     """
-    os.environ.update(_ONE_THREAD)  # the processes inherit it before they load their linear algebra
-    with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), end_with_parent) as pool:
+    with one_thread_each(), ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), end_with_parent) as pool:
         pending: dict[Future[Result], Key] = {pool.submit(function, task): key for key, task in tasks}
         try:
             for future in as_completed(pending):
