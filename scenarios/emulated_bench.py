@@ -18,11 +18,13 @@ import numpy as np
 import tomli_w
 from numpy.typing import NDArray
 
-from armtwin.hardware.bench.bench_file import read_bench
+from armtwin.hardware.bench.bench_file import BenchSetup, setup_of
+from armtwin.hardware.bench.tables import BenchTable
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera_files import nominal_camera, write_camera
 from armtwin.models.errors import InputError, JobError
 from armtwin.models.kinematics import Deviation
+from armtwin.models.validation import check
 from armtwin.models.world import World, ideal_world
 from armtwin.scenarios.emulated_film import film
 from armtwin.sim.sensor import Sensor
@@ -52,6 +54,11 @@ def bench_table(port: str, url: str) -> dict[str, Any]:
         "joints": [{"servo": i + 1, "direction": sign, **joint} for i, sign in enumerate(directions)],
         "motion": {"max_step_rad": 0.5, "speed_rad_s": 1.5, "start_speed_rad_s": 0.5},
     }
+
+
+def emulated_setup(port: str, url: str) -> BenchSetup:
+    """Return what the emulated bench's file says, without the file."""
+    return setup_of(check(BenchTable, bench_table(port, url), "emulated"), nominal_arm(), nominal_camera())
 
 
 class EmulatedBench:
@@ -85,8 +92,7 @@ class EmulatedBench:
         """Start everything and write the bench file; raises `JobError` where the emulator cannot be built or run."""
         self._folder = tempfile.TemporaryDirectory(prefix="armtwin-bench-")
         write_camera(self.bench_file.parent / "camera.yaml", nominal_camera())
-        self._write("/dev/null", "http://127.0.0.1/")
-        servo_map = read_bench(self.bench_file).servo_map
+        servo_map = emulated_setup("/dev/null", "http://127.0.0.1/").servo_map
         context = multiprocessing.get_context("spawn")  # an OpenGL context does not live through a fork
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(

@@ -26,10 +26,10 @@ from armtwin.hardware.emulator.mjpeg import MjpegServer, to_jpeg
 from armtwin.models.camera import project
 from armtwin.models.errors import ArmtwinError
 from armtwin.models.frames import robot_to_board
-from armtwin.models.units import MM_PER_M
 from armtwin.models.world import World
+from armtwin.sim.arm_view import arm_scene, bodies_in_robot, bodies_on_board
 from armtwin.sim.physics.simulation import ArmSimulation
-from armtwin.sim.render import LensRenderer, arm_parts, clutter_parts, panel_parts, robot_bodies_on_board
+from armtwin.sim.render import LensRenderer
 from armtwin.sim.sensor import Sensor, expose
 
 Array = NDArray[np.float64]
@@ -61,16 +61,11 @@ class Film:
         self._world = world
         self._servo_map = servo_map
         self._arm = ArmSimulation(world)
-        base = world.base_in_board_mm
-        n = world.arm.n_joints
-        lengths = world.arm.link_lengths_mm + world.deviation.lengths_mm
-        parts = [*panel_parts(), *clutter_parts(base), *arm_parts(lengths, n_joints=n)]
-        self._renderer = LensRenderer(world.true_camera, parts, shadows=shadows)
+        self._renderer = LensRenderer(world.true_camera, arm_scene(self._arm), shadows=shadows)
         self._blur = sensor.blur_sigma_px
         self._sensor = replace(sensor, blur_sigma_px=0.0)
         self._rng = np.random.default_rng(0)
-        self._names = [self._arm.model.body(i).name for i in range(1, self._arm.model.nbody)]
-        self._angles = np.zeros(n)
+        self._angles = np.zeros(world.arm.n_joints)
         self._pulses_us = servo_map.pulses_us(self._angles)
         self._emulated_s = 0.0
         self._seen: Array | None = None
@@ -92,7 +87,7 @@ class Film:
         """Film the arm as it stands: (H, W, 3) BGR, new noise each time."""
         qpos = np.array(self._arm.data.qpos)
         if self._seen is None or np.abs(qpos - self._seen).max() > _SAME_RAD:
-            light = self._renderer.render_linear(robot_bodies_on_board(self._bodies(), self._world.base_in_board_mm))
+            light = self._renderer.render_linear(bodies_on_board(self._world, bodies_in_robot(self._arm)))
             self._light = np.asarray(cv2.GaussianBlur(light, (0, 0), self._blur), np.float32) if self._blur else light
             self._seen = qpos
         light = self._light
@@ -109,15 +104,6 @@ class Film:
     def close(self) -> None:
         """Free the renderer."""
         self._renderer.close()
-
-    def _bodies(self) -> dict[str, Array]:
-        poses = {"base": np.eye(4)}
-        for i, name in enumerate(self._names, start=1):
-            T = np.eye(4)
-            T[:3, :3] = self._arm.data.xmat[i].reshape(3, 3)
-            T[:3, 3] = self._arm.data.xpos[i] * MM_PER_M
-            poses[name] = T
-        return poses
 
     def _marker_pixels(self, names: set[str]) -> Array:
         points = self._arm.markers_mm()[[self._arm.marker_names.index(name) for name in sorted(names)]]

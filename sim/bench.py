@@ -12,32 +12,27 @@ bench.close()
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.models.bench import Frame
+from armtwin.models.bench import BenchDescription, Frame
 from armtwin.models.camera import Camera, project
 from armtwin.models.errors import InputError, JobError
 from armtwin.models.frames import robot_to_board
-from armtwin.models.units import MM_PER_M
+from armtwin.models.joint_limits import JointLimits
 from armtwin.models.world import Moment, World
+from armtwin.sim.arm_view import arm_scene, backdrop, bodies_in_robot, bodies_on_board
 from armtwin.sim.physics.simulation import ArmSimulation
-from armtwin.sim.render import (
-    LensRenderer,
-    Part,
-    arm_parts,
-    chessboard_parts,
-    clutter_parts,
-    facing_camera,
-    gauge_parts,
-    panel_parts,
-    robot_bodies_on_board,
-)
+from armtwin.sim.render import LensRenderer, Part, chessboard_parts, facing_camera, gauge_parts, panel_parts
 from armtwin.sim.sensor import Sensor, expose
 
 Array = NDArray[np.float64]
+
+# Joints of a simulated arm turn as far as a hobby servo does, either way, and from end to end in one step.
+_TURN_RAD = np.radians(90.0)
 
 
 class SimulatedBench:
@@ -50,6 +45,7 @@ class SimulatedBench:
         shadows: whether the lamp throws shadows on the panel.
         n_poses: length of the recording, which a creeping camera needs to know; None where nothing creeps.
         obstacles: what else stands before the camera, fixed in the board frame.
+        actuation: what tells this bench from others, see `armtwin.models.bench.BenchDescription`.
 
     """
 
@@ -62,6 +58,7 @@ class SimulatedBench:
         shadows: bool = True,
         n_poses: int | None = None,
         obstacles: Sequence[Part] = (),
+        actuation: Mapping[str, Any] | None = None,
     ) -> None:
         if world.picture_lag < 0:
             raise InputError("command_shift: a bench cannot file pictures that it has not taken yet; rows must be >= 0")
@@ -70,6 +67,7 @@ class SimulatedBench:
         self._shadows = shadows
         self._n_poses = n_poses
         self._obstacles = tuple(obstacles)
+        self._actuation = dict(actuation or {})
         self._rng = np.random.default_rng(seed)
         self._arm: ArmSimulation | None = None
         self._renderer: LensRenderer | None = None
@@ -80,12 +78,40 @@ class SimulatedBench:
         self._payload_kg = 0.0
         self._buffer: deque[tuple[dict[str, Array], Array]] = deque(maxlen=world.picture_lag + 1)
 
+    @property
+    def description(self) -> BenchDescription:
+        """What is declared of the world; nothing that is true of it alone."""
+        turn = np.full(self.world.arm.n_joints, _TURN_RAD)
+        return BenchDescription(
+            kind="simulated",
+            arm=self.world.arm,
+            camera=self.world.camera,
+            arm_plane_z_mm=self.world.arm_plane_z_mm,
+            limits=JointLimits(-turn, turn, 2 * _TURN_RAD),
+            hangs_loads=True,
+            actuation=self._actuation,
+        )
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Nothing: the simulated camera is as it was asked to be."""
+        return ()
+
+    @property
+    def detached(self) -> bool:
+        """Whether the bench is closed."""
+        return self._arm is None
+
+    @property
+    def clock_origin_s(self) -> None:
+        """None: its time is the simulation's."""
+
     def connect(self) -> None:
         """Set the arm up in its home pose; raises `JobError` where this machine has no off-screen OpenGL."""
-        self._arm = ArmSimulation(self.world)
+        arm = self._arm = ArmSimulation(self.world)
         self._moves, self._time_s, self._commanded_s = 0, 0.0, None
         self._buffer.clear()
-        self._show("arm", self._arm_parts)
+        self._show("arm", lambda: [*arm_scene(arm), *self._obstacles])
 
     def move(self, q_cmd_rad: Array) -> None:
         """Command (n,) joint angles, rad, as the next pose; returns when the arm is to be photographed."""
@@ -95,7 +121,7 @@ class SimulatedBench:
         arm.move(np.asarray(q_cmd_rad, dtype=float), self._moves, given_s, self._payload_kg, seen_s)
         self._moves += 1
         self._commanded_s, self._time_s = given_s, seen_s
-        self._buffer.append((self._bodies(arm), arm.markers_mm()))
+        self._buffer.append((bodies_in_robot(arm), arm.markers_mm()))
 
     def hang(self, payload_kg: float) -> None:
         """Hang a known mass at the tip before the next move; 0 takes it off."""
@@ -104,9 +130,9 @@ class SimulatedBench:
     def capture(self) -> Frame:
         """Take a picture of the arm as it stands (or stood, where the camera hands out stale pictures)."""
         arm = self._connected()
-        bodies = self._buffer[0][0] if self._buffer else self._bodies(arm)
-        renderer = self._show("arm", self._arm_parts)
-        return self._expose(renderer, robot_bodies_on_board(bodies, self.world.base_in_board_mm))
+        bodies = self._buffer[0][0] if self._buffer else bodies_in_robot(arm)
+        renderer = self._show("arm", lambda: [*arm_scene(arm), *self._obstacles])
+        return self._expose(renderer, bodies_on_board(self.world, bodies))
 
     def capture_board(self, T_body_board: Array) -> Frame:
         """Take a picture of the chessboard held at (4, 4) `T_body_board`, which maps its frame to the board frame."""
@@ -115,7 +141,7 @@ class SimulatedBench:
 
     def capture_gauge(self, length_mm: float, T_body_board: Array) -> Frame:
         """Take a picture of a length gauge at (4, 4) `T_body_board` (see `gauge_placement`)."""
-        renderer = self._show(("gauge", length_mm), lambda: [*self._backdrop(), *gauge_parts(length_mm)])
+        renderer = self._show(("gauge", length_mm), lambda: [*backdrop(self.world), *gauge_parts(length_mm)])
         return self._expose(renderer, {"gauge": T_body_board})
 
     def gauge_placement(self, x_mm: float, y_mm: float, angle_rad: float) -> Array:
@@ -133,7 +159,7 @@ class SimulatedBench:
 
     def body_poses(self) -> dict[str, Array]:
         """(4, 4) true placement of each body in the robot frame, mm, as the next picture shows it."""
-        return self._buffer[0][0] if self._buffer else self._bodies(self._connected())
+        return self._buffer[0][0] if self._buffer else bodies_in_robot(self._connected())
 
     def close(self) -> None:
         """Free the renderer; safe to call twice."""
@@ -165,24 +191,9 @@ class SimulatedBench:
             self._scene = scene
         return self._renderer
 
-    def _backdrop(self) -> list[Part]:
-        return [*panel_parts(), *clutter_parts(self.world.base_in_board_mm)]
+    def __enter__(self) -> Self:
+        self.connect()
+        return self
 
-    def _arm_parts(self) -> list[Part]:
-        """Draw the arm as built: true lengths, and each sticker where and on what it truly is."""
-        world, model = self.world, self._connected().model
-        lengths = world.arm.link_lengths_mm + world.deviation.lengths_mm
-        parts = []
-        for part in arm_parts(lengths, n_joints=world.arm.n_joints):
-            if part.name.startswith("marker "):
-                site = model.site(f"marker_{part.name.removeprefix('marker ')}")
-                at = np.eye(4)
-                at[:3, 3] = np.asarray(site.pos) * MM_PER_M
-                body = model.body(int(site.bodyid[0])).name
-                part = part.on("base" if body == "world" else body, at)
-            parts.append(part)
-        return [*self._backdrop(), *parts, *self._obstacles]
-
-    @staticmethod
-    def _bodies(arm: ArmSimulation) -> dict[str, Array]:
-        return {"base": np.eye(4), **arm.bodies()}
+    def __exit__(self, *error: object) -> None:
+        self.close()

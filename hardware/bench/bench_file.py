@@ -8,13 +8,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.hardware.bench.limits import JointLimits
 from armtwin.hardware.bench.servo_map import ServoMap
 from armtwin.hardware.bench.tables import BenchTable, CameraSettings, MotionTable, QualityTable, SettleTable
 from armtwin.models.arm import Arm, nominal_arm, read_arm
+from armtwin.models.bench import BenchDescription
 from armtwin.models.camera import Camera, check_plane
 from armtwin.models.camera_files import read_camera
 from armtwin.models.errors import InputError
+from armtwin.models.joint_limits import JointLimits
 from armtwin.models.toml_reader import read_toml
 from armtwin.models.validation import check, short
 
@@ -48,6 +49,18 @@ class BenchSetup:
     motion: MotionTable
     settle: SettleTable
     quality: QualityTable
+
+    @property
+    def description(self) -> BenchDescription:
+        """What the bench says of itself; pulses are what a command becomes on it."""
+        return BenchDescription(
+            kind="hardware",
+            arm=self.arm,
+            camera=self.camera,
+            arm_plane_z_mm=self.arm_plane_z_mm,
+            limits=self.limits,
+            actuation=self.servo_map.as_table(),
+        )
 
 
 def read_bench(path: Path) -> BenchSetup:

@@ -13,6 +13,9 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +27,7 @@ from armtwin.hardware.camera.settling import MotionError, Settling
 from armtwin.hardware.camera.stillness import Grey, to_grey
 from armtwin.hardware.camera.webcam import Picture, Webcam
 from armtwin.hardware.link.servo_link import BoardResetError, BoardState, Hello, LinkError, RefusedError, ServoLink
-from armtwin.models.bench import Frame
+from armtwin.models.bench import BenchDescription, Frame
 from armtwin.models.errors import InputError, JobError
 from armtwin.models.plan import steps_between
 
@@ -46,11 +49,17 @@ class DetachedError(JobError):
 class HardwareBench:
     """Satisfies `armtwin.models.bench.Bench` with an Arduino and a webcam."""
 
-    def __init__(self, setup: BenchSetup, find_markers: FindMarkers | None = None) -> None:
+    def __init__(
+        self,
+        setup: BenchSetup,
+        find_markers: FindMarkers | None = None,
+        hang_by: Callable[[float], None] | None = None,
+    ) -> None:
         """Note the setup; nothing is opened before `connect`.
 
         `find_markers` tells from the picture where the arm stands when it is armed; without it, or when a marker is
-        hidden, the arm is taken to stand in the bench file's `rest_rad`.
+        hidden, the arm is taken to stand in the bench file's `rest_rad`. `hang_by` hangs a mass of so many kg at the
+        tip, or asks someone to, and returns when it hangs.
         """
         camera = setup.camera
         self.setup = setup
@@ -61,11 +70,34 @@ class HardwareBench:
         self._settling = Settling(self.webcam, setup.settle)
         self.detached = True  # whether the servos are known to be without pulses
         self._find_markers = find_markers
+        self._hang_by = hang_by
         self._q: Array | None = None
         self._resting: tuple[Picture, Grey] | None = None  # what the last move ended with, until it is captured
         self._unseen_moves = 0  # plain ones on end that the picture did not show
         self._started_s = 0.0
+        self._origin_s: float | None = None
         self._sent_s: float | None = None
+
+    @property
+    def description(self) -> BenchDescription:
+        """What the bench file says of it."""
+        return replace(self.setup.description, hangs_loads=self._hang_by is not None)
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the webcam gave other than it was asked for."""
+        return tuple(self.webcam.notes)
+
+    @property
+    def clock_origin_s(self) -> float | None:
+        """Unix time at which it was connected."""
+        return self._origin_s
+
+    def hang(self, payload_kg: float) -> None:
+        """Hang a mass at the tip, or wait until someone has; raises `InputError` where nobody can."""
+        if self._hang_by is None:
+            raise InputError(f"payload_kg: {payload_kg:g} is to hang at the tip, and nobody is there to hang it")
+        self._hang_by(payload_kg)
 
     def connect(self) -> None:
         """Open both, and learn the picture's noise while the arm is limp.
@@ -80,7 +112,7 @@ class HardwareBench:
         except BaseException:
             self.close()
             raise
-        self._started_s, self._sent_s = time.monotonic(), None
+        self._started_s, self._origin_s, self._sent_s = time.monotonic(), time.time(), None
 
     def move(self, q_cmd_rad: Array) -> None:
         """Move to (n,) joint angles, rad, and return when the arm is still in the picture.
@@ -150,11 +182,11 @@ class HardwareBench:
         links = link_vectors_mm(setup.arm, setup.camera, setup.arm_plane_z_mm, markers)
         return None if links is None else joint_angles(setup.arm, links)
 
-    def __enter__(self) -> HardwareBench:
+    def __enter__(self) -> Self:
         self.connect()
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def _detach(self) -> bool:

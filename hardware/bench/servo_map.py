@@ -8,6 +8,7 @@ A servo's own curvature is not put here: it is an error of the arm (`servo_nonli
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,3 +41,11 @@ class ServoMap:
         """(..., n) joint angles, rad, for (..., n) pulse widths, us, in the board's order: the inverse."""
         angles: Array = (np.asarray(pulses_us)[..., self.servo] - self.zero_us) / self.us_per_rad
         return angles
+
+    def as_table(self) -> dict[str, Any]:
+        """Return the map as plain data by joint; servos count from 1, a slope is negative where one turns against."""
+        joints = zip(self.servo.tolist(), self.zero_us.tolist(), self.us_per_rad.tolist(), strict=True)
+        return {
+            f"joint {number}": {"servo": servo + 1, "zero_us": zero_us, "us_per_rad": us_per_rad}
+            for number, (servo, zero_us, us_per_rad) in enumerate(joints, start=1)
+        }

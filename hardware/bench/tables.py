@@ -121,6 +121,7 @@ class BenchTable(Strict):
     """The whole bench file."""
 
     schema_: Literal["armtwin.bench/1"] = Field(alias="schema")
+    kind: Literal["hardware"] = "hardware"
     arm: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
     serial: SerialTable
     camera: CameraSettings

@@ -8,25 +8,21 @@ from armtwin.hardware.capture.folder import CaptureFolder
 from armtwin.models.bench import Bench
 
 Report = Callable[[int, int], None]
-ChangePayload = Callable[[float], None]
 
 
-def run_capture(
-    bench: Bench, recording: CaptureFolder, report: Report | None = None, change_payload: ChangePayload | None = None
-) -> None:
+def run_capture(bench: Bench, recording: CaptureFolder, report: Report | None = None) -> None:
     """Run what is missing of the recording's plan on a connected bench; the caller closes both.
 
     A recording that broke off is taken up behind its last pose, which is only passed again, so that the next one is
-    approached from the side that the plan wants. `report(done, of)` is called after every pose, `change_payload(kg)`
-    before the first pose with another load at the tip.
+    approached from the side that the plan wants. `report(done, of)` is called after every pose.
     """
     plan = recording.plan
     payload = 0.0
     first = recording.done
     for row in range(max(first - 1, 0), len(plan)):
-        if plan.payload_kg[row] != payload and change_payload is not None:
+        if plan.payload_kg[row] != payload:
             payload = float(plan.payload_kg[row])
-            change_payload(payload)
+            bench.hang(payload)
         bench.move(plan.q_cmd[row])
         if row < first:
             continue

@@ -1,7 +1,8 @@
 """A recording that grows row by row: each pose is on disk before the arm moves on, and a broken-off one is taken up.
 
 recording.json     written first, whole
-servos.json        which pulses the commands became: no part of the recording, but it is taken up with the same only
+bench.json         what the commands became on this bench, and when its clock began: no part of the recording, but it is
+                   taken up on the same only
 frames/000007.png  the picture of a pose, flushed to disk; packed when all are there
 samples.csv        its row, appended and flushed after the picture: a row stands for a finished pose
 """
@@ -11,7 +12,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import time
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
@@ -20,14 +20,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.hardware.bench.servo_map import ServoMap
-from armtwin.hardware.capture.header import first_difference, read_json, servo_table
+from armtwin.hardware.capture.bench_record import (
+    clocks_apart_s,
+    first_difference,
+    read_json,
+    refuse_other_actuation,
+    write_bench_record,
+)
 from armtwin.hardware.capture.pictures import bytes_stored, pack, store
 from armtwin.hardware.capture.rows import Row, cells_of, line_of, read_time_s, whole_rows
 from armtwin.models import atomic
-from armtwin.models.arm import Arm
-from armtwin.models.bench import Frame
-from armtwin.models.camera import Camera
+from armtwin.models.bench import BenchDescription, Frame
 from armtwin.models.errors import InputError, JobError, RecordingError
 from armtwin.models.folder_lock import hold_folder, only_writer
 from armtwin.models.plan import Plan
@@ -43,15 +46,12 @@ _IGNORED = {".DS_Store", "lost+found"}
 class CaptureFolder:
     """The recording folder of one plan on one arm; `open` it before anything moves."""
 
-    def __init__(
-        self, folder: Path, arm: Arm, camera: Camera, arm_plane_z_mm: float, servo_map: ServoMap, plan: Plan
-    ) -> None:
+    def __init__(self, folder: Path, bench: BenchDescription, plan: Plan) -> None:
         self.folder = folder
         self.plan = plan
-        self._servo_map = servo_map
-        self._arm = arm
-        self._camera = camera
-        self._arm_plane_z_mm = arm_plane_z_mm
+        self._bench = bench
+        self._arm, self._camera, self._arm_plane_z_mm = bench.arm, bench.camera, bench.arm_plane_z_mm
+        self._last_s = 0.0
         self._done = 0
         self._time_offset_s = 0.0
         self._handle: int | None = None
@@ -66,20 +66,24 @@ class CaptureFolder:
         """Count the poses that are on disk, and write nothing.
 
         Raises `InputError` if the folder holds something else: another arm's or camera's data, another plan's poses,
-        what was captured with another servo map, no recording at all; if another capture is at work in it; or if the
-        disk has no room for the pictures that are missing.
+        what was captured on a bench that makes other things of commands, no recording at all; if another capture is at
+        work in it; or if the disk has no room for the pictures that are missing.
         """
         with self._refusing(), only_writer(self.folder) if self.folder.is_dir() else nullcontext():
             self._look()
 
-    def open(self) -> None:
-        """Begin the recording, or take up the one that is there; raises as `check` does."""
+    def open(self, clock_origin_s: float | None = None) -> None:
+        """Begin the recording, or take up the one that is there; raises as `check` does.
+
+        `clock_origin_s` is the Unix time from which the bench's frames count theirs. A recording that is taken up goes
+        on with the first clock, or where that is not known, from its last pose.
+        """
         self.check()
         with self._refusing():
             self.folder.mkdir(parents=True, exist_ok=True)
             self._lock = hold_folder(self.folder)
             try:
-                self._begin(self._look())
+                self._begin(self._look(), clock_origin_s)
             except BaseException:
                 self.close()
                 raise
@@ -151,13 +155,15 @@ class CaptureFolder:
         samples = self.folder / "samples.csv"
         return self._take_up(samples) if samples.exists() else 0
 
-    def _begin(self, kept: int) -> None:
+    def _begin(self, kept: int, clock_origin_s: float | None) -> None:
         """Make the folder ready for the next row behind the bytes that are kept."""
         atomic.clear_leftovers(self.folder)
         if not (self.folder / "recording.json").exists():
             atomic.write_json(self.folder / "recording.json", self._header())
         if not self._done:
-            atomic.write_json(self._servo_file, servo_table(self._servo_map))
+            write_bench_record(self._bench_file, self._bench, clock_origin_s)
+        else:
+            self._time_offset_s = clocks_apart_s(self._bench_file, clock_origin_s, self._last_s)
         (self.folder / "frames").mkdir(exist_ok=True)
         samples = self.folder / "samples.csv"
         self._handle = os.open(samples, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
@@ -179,10 +185,9 @@ class CaptureFolder:
             rows.pop()
         times = [self._checked_time(samples, sample, row.cells) for sample, row in enumerate(rows)]
         if rows:
-            self._refuse_other_servos()
+            refuse_other_actuation(self._bench_file, self._bench)
         self._done = len(rows)
-        if times and times[-1] is not None:
-            self._time_offset_s = times[-1] + max(0.0, time.time() - samples.stat().st_mtime)
+        self._last_s = next((time_s for time_s in reversed(times) if time_s is not None), 0.0)
         return [header, *rows][-1].end
 
     def _lacks_its_picture(self, sample: int, row: Row) -> bool:
@@ -215,16 +220,6 @@ class CaptureFolder:
             raise RecordingError(f"{where}: its picture frames/{sample:06d}.png is missing; choose another --out")
         return read_time_s(cells[1], where)
 
-    def _refuse_other_servos(self) -> None:
-        path = self._servo_file
-        wanted = servo_table(self._servo_map)
-        found = read_json(path) if path.exists() else wanted  # a recording that was not captured here has none
-        if found != wanted:
-            raise RecordingError(
-                f"{path}: the poses here were captured with another servo map "
-                f"({first_difference('joint', found, wanted)}); choose another --out, or set the bench file back"
-            )
-
     def _refuse_other_bench(self) -> None:
         path = self.folder / "recording.json"
         found = read_json(path)
@@ -251,8 +246,8 @@ class CaptureFolder:
             )
 
     @property
-    def _servo_file(self) -> Path:
-        return self.folder / "servos.json"
+    def _bench_file(self) -> Path:
+        return self.folder / "bench.json"
 
     def _header(self) -> dict[str, Any]:
         return header_of(self._recording(0))

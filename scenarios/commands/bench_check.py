@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -11,11 +10,12 @@ from rich.console import Console
 from rich.text import Text
 
 from armtwin.hardware.bench.bench_check import Finding, run_bench_check
-from armtwin.hardware.bench.bench_file import BenchSetup, read_bench
+from armtwin.hardware.bench.bench_file import BenchSetup
 from armtwin.hardware.bench.hardware_bench import HardwareBench
 from armtwin.models.errors import InputError, JobError
+from armtwin.scenarios.benches.door import bench_setup
+from armtwin.scenarios.benches.spec import EMULATED
 from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c
-from armtwin.scenarios.emulated_bench import EmulatedBench
 from armtwin.scenarios.marker_finder import marker_finder
 
 
@@ -30,12 +30,8 @@ def bench_check_command(
 
     Example: armtwin bench-check --bench bench.toml
     """
-    if bench == "emulated":
-        with EmulatedBench() as emulated:
-            findings = check_bench(read_bench(emulated.bench_file))
-    else:
-        setup = read_bench(Path(bench))
-        _wait_for_person(setup, yes)
+    with bench_setup(bench) as setup:
+        _wait_for_person(setup, yes or bench == EMULATED)
         findings = check_bench(setup)
     console = Console(highlight=False, soft_wrap=True)
     for finding in findings:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
@@ -11,12 +12,11 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from armtwin.hardware.bench.bench_file import read_bench
 from armtwin.hardware.doctor import Check, run_checks
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera_files import nominal_camera
 from armtwin.models.errors import JobError
-from armtwin.scenarios.emulated_bench import EmulatedBench
+from armtwin.scenarios.benches.door import bench_setup
 from armtwin.sim.render import LensRenderer, arm_parts, panel_parts, planar_arm_poses, robot_bodies_on_board
 
 _MARKS = {True: ("ok  ", "green"), False: ("FAIL", "red"), None: ("?   ", "yellow")}
@@ -36,11 +36,8 @@ def doctor_command(
     Example: armtwin doctor --bench bench.toml
     """
     folder = next(path for path in (out.absolute(), *out.absolute().parents) if path.is_dir())
-    if bench == "emulated":
-        with EmulatedBench() as emulated:
-            checks = run_checks(read_bench(emulated.bench_file), folder, describe_renderer)
-    else:
-        checks = run_checks(None if bench is None else read_bench(Path(bench)), folder, describe_renderer)
+    with nullcontext() if bench is None else bench_setup(bench) as setup:
+        checks = run_checks(setup, folder, describe_renderer)
     console = Console(highlight=False, soft_wrap=True)
     for check in checks:
         console.print(_line(check))

@@ -11,9 +11,10 @@ from rich.table import Table
 from rich.text import Text
 
 from armtwin.models.errors import InputError
+from armtwin.scenarios.benches.door import open_bench
+from armtwin.scenarios.benches.spec import SimulatedSpec
 from armtwin.scenarios.commands.outputs import check_out_folder
 from armtwin.scenarios.report.line_figures import LABELS
-from armtwin.scenarios.runner.bench import simulated_bench
 from armtwin.scenarios.runner.job import Job, alone, open_job
 from armtwin.scenarios.runner.run import run_stages
 from armtwin.scenarios.runner.stages import STAGES
@@ -41,7 +42,7 @@ def run_command(
     wanted = read_scenario(scenario)
     check_out_folder(out)
     try:
-        simulated_bench(wanted, "before")  # what cannot be filmed is refused before anything is written
+        open_bench(SimulatedSpec(wanted))  # what cannot be filmed is refused before anything is written
     except InputError as error:
         raise InputError(f"{scenario}: {error}") from None
     job = open_job(out, wanted)

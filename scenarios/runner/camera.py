@@ -14,7 +14,7 @@ from armtwin.models.camera_files import nominal_camera, write_camera
 from armtwin.models.recordings.reader import camera_from_table
 from armtwin.models.recordings.writer import camera_table
 from armtwin.models.validation import CameraTable, check
-from armtwin.scenarios.runner.bench import simulated_bench
+from armtwin.scenarios.benches.simulated import simulated_bench
 from armtwin.scenarios.runner.board_views import board_poses
 from armtwin.scenarios.runner.frames import read_frame, write_frame
 from armtwin.scenarios.runner.job import Job

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from armtwin.models.atomic import folder_aside
 from armtwin.models.bench import Bench
 from armtwin.models.kinematics import Deviation, inverse
-from armtwin.scenarios.runner.bench import simulated_bench
+from armtwin.scenarios.benches.door import Session, open_bench
+from armtwin.scenarios.benches.spec import SimulatedSpec
 from armtwin.scenarios.runner.frames import Image, write_frame
 from armtwin.scenarios.runner.job import Job
 from armtwin.scenarios.runner.stage import Tick
@@ -65,7 +66,8 @@ def _capture(
     """Take one picture a pose into `recordings/<recording>/frames`, all or none of them; none of the `approach`."""
     q_cmd = np.concatenate(list(commands.values()))
     unseen = q_cmd[:0] if approach is None else approach
-    bench = simulated_bench(job.scenario, recording, len(unseen) + len(q_cmd), earlier)
+    session = Session(recording, n_poses=len(unseen) + len(q_cmd), samples_before=earlier)
+    bench = open_bench(SimulatedSpec(job.scenario), session)
     with folder_aside(job.recordings / recording / "frames") as folder:
         times = _follow(bench, unseen, q_cmd, lambda number, image: write_frame(folder, number, image), tick)
     return {
@@ -81,8 +83,7 @@ def _follow(
 ) -> list[tuple[float, float | None]]:
     """Return when each pose was seen and commanded, s."""
     times = []
-    bench.connect()
-    try:
+    with bench:
         for q in approach:
             bench.move(q)
         for number, q in enumerate(q_cmd):
@@ -91,6 +92,4 @@ def _follow(
             keep(number, frame.image)
             times.append((frame.time_s, frame.commanded_s))
             tick(number + 1, len(q_cmd))
-    finally:
-        bench.close()
     return times

@@ -16,7 +16,7 @@ from armtwin.calib.gauges import PAPER_TABLE_3, evaluate, measure_gauges
 from armtwin.calib.markers import Method
 from armtwin.models.atomic import folder_aside
 from armtwin.models.camera import back_project
-from armtwin.scenarios.runner.bench import simulated_bench
+from armtwin.scenarios.benches.simulated import simulated_bench
 from armtwin.scenarios.runner.camera import calibrated_camera
 from armtwin.scenarios.runner.frames import Image, write_frame
 from armtwin.scenarios.runner.job import Job

@@ -29,6 +29,7 @@ from armtwin.scenarios.serving.visit import BusyError, Visit
 from armtwin.scenarios.serving.wire import (
     BenchInfo,
     CaptureRequest,
+    Connected,
     Fault,
     FaultsRequest,
     HangRequest,
@@ -123,6 +124,8 @@ def _add_bench(app: FastAPI, visit: Visit) -> None:
             start_rad=next(iter(source.plans.values())).q_cmd[0].tolist(),
             plans={name: len(plan) for name, plan in source.plans.items()},
             takes_faults=source.takes_faults,
+            hangs_loads=source.hangs_loads,
+            actuation=dict(source.actuation),
             recording_header=header,
         )
 
@@ -160,12 +163,12 @@ def _add_bench(app: FastAPI, visit: Visit) -> None:
         return {"given_back": True}
 
     @app.post("/api/connect")
-    async def connect(lease: Lease = None) -> dict[str, bool]:
+    async def connect(lease: Lease = None) -> Connected:
         """Open the bench anew, the arm as it stands when it is switched on."""
         visit.lease.check(lease)
         visit.check_idle()
         await _on_bench(visit, live.connect)
-        return {"connected": True}
+        return Connected(notes=list(live.notes), clock_origin_s=live.clock_origin_s)
 
     @app.post("/api/move")
     async def move(wanted: MoveRequest, lease: Lease = None) -> dict[str, list[float]]:
@@ -220,7 +223,8 @@ def _add_pictures(app: FastAPI, visit: Visit) -> None:
 
     @app.post("/api/capture")
     async def capture(wanted: CaptureRequest, lease: Lease = None) -> Response:
-        """Take a picture; the answer is the PNG, X-Time-S when it was taken, X-Picture its number."""
+        """Take a picture; the answer is the PNG, X-Time-S when it was taken, X-Commanded-S when its pose
+        was commanded, X-Picture its number."""
         visit.lease.check(lease)
         visit.check_idle()
         shot = await _on_bench(visit, lambda: live.capture(wanted.keep))
@@ -336,7 +340,9 @@ async def _told(_: Request, error: Exception) -> Response:
 
 
 def _headers(shot: Shot) -> dict[str, str]:
-    return {"X-Picture": str(shot.number), "X-Time-S": repr(float(shot.frame.time_s))}
+    given = shot.frame.commanded_s
+    commanded = {} if given is None else {"X-Commanded-S": repr(float(given))}
+    return {"X-Picture": str(shot.number), "X-Time-S": repr(float(shot.frame.time_s)), **commanded}
 
 
 def _shot(visit: Visit, shot: Shot) -> ShotInfo:

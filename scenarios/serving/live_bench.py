@@ -53,6 +53,16 @@ class LiveBench:
         return self._bench is not None
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What the open bench says of its camera."""
+        return self._open().notes
+
+    @property
+    def clock_origin_s(self) -> float | None:
+        """Unix time that the open bench's clock counts from, where it counts this world's."""
+        return self._open().clock_origin_s
+
+    @property
     def q_cmd(self) -> Array | None:
         """(n,) last command, rad; None before the first."""
         return self._q
@@ -96,12 +106,7 @@ class LiveBench:
 
     def hang(self, payload_kg: float) -> None:
         """Hang a mass at the tip; raises `InputError` where nothing can do it."""
-        change = getattr(self._open(), "hang", None)
-        if change is None:
-            raise InputError(
-                "payload_kg: nobody hangs a mass at this bench's tip; do it by hand, then say so in the plan"
-            )
-        change(payload_kg)
+        self._open().hang(payload_kg)
         self._payload_kg = payload_kg
 
     def capture(self, keep: str | None = None) -> Shot:

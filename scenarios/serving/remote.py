@@ -9,16 +9,20 @@ from __future__ import annotations
 
 import threading
 import time
-from types import TracebackType
-from typing import Any
+from functools import cached_property
+from typing import Any, Self
 
 import cv2
 import httpx
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.models.bench import Frame
+from armtwin.models.arm import arm_from_table
+from armtwin.models.bench import BenchDescription, Frame
 from armtwin.models.errors import InputError, JobError
+from armtwin.models.joint_limits import JointLimits
+from armtwin.models.recordings.reader import camera_from_table
+from armtwin.models.validation import ArmTable, CameraTable, check
 
 Array = NDArray[np.float64]
 
@@ -45,6 +49,38 @@ class RemoteBench:
         self._client = httpx.Client(headers={"Authorization": f"Bearer {token}"}, timeout=_ANSWER_S, trust_env=False)
         self._lease: str | None = None
         self._ended = threading.Event()
+        self._opened: dict[str, Any] = {}
+
+    @cached_property
+    def description(self) -> BenchDescription:
+        """What the server says of its bench; asked for once."""
+        said = self.info()
+        header, joints = said["recording_header"], said["joints"]
+        low, high = (np.array([joint[key] for joint in joints]) for key in ("min_rad", "max_rad"))
+        return BenchDescription(
+            kind="remote",
+            arm=arm_from_table(check(ArmTable, header["arm"], self.url)),
+            camera=camera_from_table(check(CameraTable, header["camera"], self.url)),
+            arm_plane_z_mm=float(header["arm_plane_z_mm"]),
+            limits=JointLimits(low, high, float(said["max_step_rad"])),
+            hangs_loads=bool(said["hangs_loads"]),
+            actuation=said["actuation"],
+        )
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the bench at the other end said of its camera when it was opened."""
+        return tuple(self._opened.get("notes", ()))
+
+    @property
+    def detached(self) -> bool:
+        """Whether the arm was given back, on which the server detaches it."""
+        return self._lease is None
+
+    @property
+    def clock_origin_s(self) -> float | None:
+        """Unix time, by the server's clock, that the times count from."""
+        return self._opened.get("clock_origin_s")
 
     def info(self) -> dict[str, Any]:
         """Return what the bench says of itself: arm, camera, limits, plans."""
@@ -57,7 +93,7 @@ class RemoteBench:
             self._lease = str(self._ask("POST", "/api/lease").json()["lease"])
             self._ended.clear()
             threading.Thread(target=self._keep_alive, args=(self._ended,), name="remote-bench", daemon=True).start()
-        self._ask("POST", "/api/connect")
+        self._opened = self._ask("POST", "/api/connect").json()
 
     def move(self, q_cmd_rad: Array) -> None:
         """Command (n,) joint angles, rad, and return when the arm rests."""
@@ -73,7 +109,9 @@ class RemoteBench:
         image = cv2.imdecode(np.frombuffer(answer.content, np.uint8), cv2.IMREAD_COLOR)
         if image is None:
             raise JobError(f"{self.url}: the picture that it sent cannot be read")
-        return Frame(np.asarray(image, dtype=np.uint8), float(answer.headers["X-Time-S"]))
+        given = answer.headers.get("X-Commanded-S")
+        times = float(answer.headers["X-Time-S"]), None if given is None else float(given)
+        return Frame(np.asarray(image, dtype=np.uint8), *times)
 
     def close(self) -> None:
         """Give the arm back, which detaches it; safe to call twice."""
@@ -87,13 +125,11 @@ class RemoteBench:
         finally:
             self._lease = None
 
-    def __enter__(self) -> RemoteBench:
+    def __enter__(self) -> Self:
         self.connect()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *error: object) -> None:
         self.close()
 
     def _keep_alive(self, ended: threading.Event) -> None:

@@ -2,36 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.hardware.bench.bench_file import BenchSetup, read_bench
 from armtwin.hardware.bench.hardware_bench import HardwareBench
-from armtwin.hardware.bench.limits import JointLimits
 from armtwin.models.arm import Arm
 from armtwin.models.bench import Bench
 from armtwin.models.camera import Camera
 from armtwin.models.errors import InputError
+from armtwin.models.joint_limits import JointLimits
 from armtwin.models.kinematics import inverse
 from armtwin.models.plan import Plan, plan_of
+from armtwin.scenarios.benches.simulated import simulated_bench
+from armtwin.scenarios.benches.spec import EmulatedSpec, HardwareSpec, SimulatedSpec, bench_spec
 from armtwin.scenarios.emulated_bench import EmulatedBench
 from armtwin.scenarios.marker_finder import marker_finder
 from armtwin.scenarios.plans import load_plan
-from armtwin.scenarios.runner.bench import simulated_bench
 from armtwin.scenarios.runner.world import build_world, declared_arm
-from armtwin.scenarios.scenario import EffectTable, ScenarioFile, read_scenario
+from armtwin.scenarios.scenario import EffectTable, ScenarioFile
 
-SIMULATED, EMULATED = "simulated", "emulated"
-# The bench of `--bench simulated`: an ideal arm as drawn, into which the visitor puts the faults.
-IDEAL_SCENARIO = "ideal"
 # A creeping camera needs to know how long a recording is; a visitor's is about this long.
 _VISIT_POSES = 100
-# Joints of a simulated arm turn as far as a hobby servo does, which is also what the drawn arm can show.
-_TURN_RAD = np.radians(90.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +43,7 @@ class BenchSource:
         plans: poses that it offers to run, by name.
         make: opens it with the given faults after so many poses; faults only where `takes_faults`.
         takes_faults: whether faults can be put into it.
+        hangs_loads, actuation: as `armtwin.models.bench.BenchDescription` has them.
         release: ends what the source itself started.
 
     """
@@ -59,22 +57,28 @@ class BenchSource:
     plans: dict[str, Plan]
     make: Callable[[Sequence[EffectTable], int], Bench]
     takes_faults: bool
+    hangs_loads: bool
+    actuation: Mapping[str, Any]
     release: Callable[[], None]
 
 
-def source_of(spec: str) -> BenchSource:
+def source_of(said: str) -> BenchSource:
     """Return the source of `simulated`, a scenario by name or file, `emulated`, or a bench file.
 
     Raises `InputError` for what is none of them and `JobError` where the emulator cannot be started.
     """
-    if spec == EMULATED:
-        emulated = EmulatedBench()
-        emulated.start()
-        return _hardware(EMULATED, "The emulated bench", read_bench(emulated.bench_file), emulated.close)
-    path = Path(spec)
-    if path.suffix == ".toml" and path.is_file() and "armtwin.bench/" in path.read_text("utf-8", errors="replace"):
-        return _hardware("real", path.name, read_bench(path), _nothing)
-    return _simulated(read_scenario(IDEAL_SCENARIO if spec == SIMULATED else spec))
+    match bench_spec(said):
+        case EmulatedSpec(speed):
+            emulated = EmulatedBench(speed=speed)
+            emulated.start()
+            setup = read_bench(emulated.bench_file)
+            return _hardware("emulated", "The emulated bench", setup, emulated.close, emulated.hang)
+        case HardwareSpec(setup):
+            return _hardware("real", Path(said).name, setup, _nothing, None)
+        case SimulatedSpec(scenario):
+            return _simulated(scenario)
+        case _:
+            raise InputError(f"--bench: {said[:80]} is served already")
 
 
 def _simulated(scenario: ScenarioFile) -> BenchSource:
@@ -87,22 +91,29 @@ def _simulated(scenario: ScenarioFile) -> BenchSource:
 
     arm, world = declared_arm(scenario), build_world(scenario)
     paths = {name: plan_of({name: inverse(arm, path.poses())}) for name, path in scenario.trajectories.items()}
-    turn = np.full(arm.n_joints, _TURN_RAD)
     return BenchSource(
-        kind=SIMULATED,
+        kind="simulated",
         title=scenario.title,
         arm=arm,
         camera=world.camera,
         plane_z_mm=scenario.bench.arm_plane_z_mm,
-        limits=JointLimits(-turn, turn, 2 * _TURN_RAD),
+        limits=simulated_bench(scenario, "serve").description.limits,
         plans=paths,
         make=make,
         takes_faults=True,
+        hangs_loads=True,
+        actuation={"scenario": scenario.fingerprint},
         release=_nothing,
     )
 
 
-def _hardware(kind: str, title: str, setup: BenchSetup, release: Callable[[], None]) -> BenchSource:
+def _hardware(
+    kind: str,
+    title: str,
+    setup: BenchSetup,
+    release: Callable[[], None],
+    hang_by: Callable[[float], None] | None,
+) -> BenchSource:
     finder = marker_finder(setup.arm, setup.camera, setup.arm_plane_z_mm)
     paper = load_plan("paper", setup.arm)
     plans = {str(name): _part(paper, paper.trajectory == name) for name in dict.fromkeys(paper.trajectory)}
@@ -114,8 +125,10 @@ def _hardware(kind: str, title: str, setup: BenchSetup, release: Callable[[], No
         plane_z_mm=setup.arm_plane_z_mm,
         limits=setup.limits,
         plans=plans,
-        make=lambda faults, samples_before: HardwareBench(setup, finder),
+        make=lambda faults, samples_before: HardwareBench(setup, finder, hang_by),
         takes_faults=False,
+        hangs_loads=hang_by is not None,
+        actuation=setup.description.actuation,
         release=release,
     )
 

@@ -58,6 +58,13 @@ class PlanRequest(Strict):
     job: int | None = None
 
 
+class Connected(Strict):
+    """How the bench was opened: what a person should know of its camera, and the Unix time its clock counts from."""
+
+    notes: list[str]
+    clock_origin_s: float | None
+
+
 class JointInfo(Strict):
     """A joint and its limits, rad."""
 
@@ -81,6 +88,8 @@ class BenchInfo(Strict):
     start_rad: list[float]
     plans: dict[str, int]
     takes_faults: bool
+    hangs_loads: bool
+    actuation: dict[str, Any]
     recording_header: dict[str, Any]
 
 

@@ -55,9 +55,7 @@ def main() -> None:
         whole = paper_plan(setup.arm)
         n = arguments.poses
         plan = Plan(whole.trajectory[:n], whole.q_cmd[:n], whole.payload_kg[:n])
-        recording = CaptureFolder(
-            Path(folder) / "recording", setup.arm, setup.camera, setup.arm_plane_z_mm, setup.servo_map, plan
-        )
+        recording = CaptureFolder(Path(folder) / "recording", setup.description, plan)
         recording.open()
         parts: dict[str, list[float]] = {"quality": [], "write": [], "processor": []}
         with TimedBench(setup) as bench:

@@ -71,7 +71,7 @@ def recording(setup: BenchSetup, tmp_path: Path) -> Iterator[CaptureFolder]:
 
 
 def open_recording(setup: BenchSetup, folder: Path) -> CaptureFolder:
-    recording = CaptureFolder(folder, setup.arm, setup.camera, setup.arm_plane_z_mm, setup.servo_map, PLAN)
+    recording = CaptureFolder(folder, setup.description, PLAN)
     recording.open()
     return recording
 

@@ -63,7 +63,7 @@ def in_standard_deviations(one: ArmCalibration, other: ArmCalibration) -> float:
 
 
 def measured(bench: Bench, setup: BenchSetup, plan: Plan, folder: Path) -> Recording:
-    recording = CaptureFolder(folder, setup.arm, setup.camera, setup.arm_plane_z_mm, setup.servo_map, plan)
+    recording = CaptureFolder(folder, setup.description, plan)
     recording.open()
     run_capture(bench, recording)
     recording.close()

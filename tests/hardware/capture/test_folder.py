@@ -13,9 +13,10 @@ import pytest
 from armtwin.hardware.bench.servo_map import ServoMap
 from armtwin.hardware.capture.folder import CaptureFolder
 from armtwin.models.arm import Arm, nominal_arm
-from armtwin.models.bench import Frame
+from armtwin.models.bench import BenchDescription, Frame
 from armtwin.models.camera_files import nominal_camera
 from armtwin.models.errors import InputError, JobError, RecordingError
+from armtwin.models.joint_limits import JointLimits
 from armtwin.models.plan import Plan
 from armtwin.models.recordings.reader import read_recording
 from armtwin.models.recordings.writer import write_recording
@@ -26,7 +27,11 @@ PLAN = Plan(np.array(["a", "a", "b", "b"]), np.linspace(0.0, 0.3, 12).reshape(4,
 
 
 def unopened(folder: Path, plan: Plan = PLAN, arm: Arm | None = None, servos: ServoMap = SERVOS) -> CaptureFolder:
-    return CaptureFolder(folder, arm or nominal_arm(), nominal_camera(), -80.87, servos, plan)
+    limits = JointLimits(np.full(3, -1.2), np.full(3, 1.2), 0.5)
+    bench = BenchDescription(
+        "hardware", arm or nominal_arm(), nominal_camera(), -80.87, limits, actuation=servos.as_table()
+    )
+    return CaptureFolder(folder, bench, plan)
 
 
 def begin(folder: Path, plan: Plan = PLAN, arm: Arm | None = None, servos: ServoMap = SERVOS) -> CaptureFolder:
@@ -222,7 +227,7 @@ def test_what_another_servo_map_captured_is_not_gone_on_with(folder: Path):
     fill(folder, 2)
 
     with pytest.raises(
-        RecordingError, match=r"another servo map \(joint.2.zero_us: 1500.0 there, 1344.0 here\); choose another"
+        RecordingError, match=r"another servo map .*\(actuation.joint 2.zero_us: 1500.0 there, 1344.0 here\); choose"
     ):
         begin(folder, servos=other_zero())
 
@@ -240,11 +245,25 @@ def test_a_servo_map_that_no_pose_was_captured_with_may_still_be_mended(folder: 
 
 def test_poses_that_came_without_a_servo_map_are_gone_on_with(folder: Path):
     fill(folder, 2)
-    (folder / "servos.json").unlink()
+    (folder / "bench.json").unlink()
 
     recording = begin(folder)
     assert recording.done == 2
     recording.close()
+
+
+def test_a_recording_that_is_taken_up_goes_on_with_its_first_clock(folder: Path):
+    recording = unopened(folder)
+    recording.open(clock_origin_s=1000.0)
+    recording.add(frame(0, time_s=2.0))
+    recording.close()
+
+    again = unopened(folder)
+    again.open(clock_origin_s=1060.0)
+    again.add(frame(1, time_s=3.0))
+    again.close()
+
+    np.testing.assert_allclose(read_recording(folder).time_s, [2.0, 63.0])
 
 
 def test_two_captures_into_one_folder_are_refused(folder: Path):

@@ -1,6 +1,7 @@
 """Bad input is refused before the port is opened: the bench files here name a port that does not exist."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -73,7 +74,7 @@ def test_folder_with_another_arms_data_is_refused(bench: Path, tmp_path: Path):
     here = read_bench(bench)
     other = Arm("planar3", np.array([100.0, 100.0, 38.0, 6.73]), np.zeros(2))
     poses = Plan(np.array(["t"]), np.zeros((1, 3)), np.zeros(1))
-    there = CaptureFolder(tmp_path / "out", other, here.camera, here.arm_plane_z_mm, here.servo_map, poses)
+    there = CaptureFolder(tmp_path / "out", replace(here.description, arm=other), poses)
     there.open()
     there.close()
 

@@ -1,4 +1,4 @@
-"""The bench of a scenario. The stages see `armtwin.models.bench.Bench`, and what is held before its camera."""
+"""The simulated bench of a scenario. Board and gauge are held before its camera too, which no other bench can do."""
 
 from __future__ import annotations
 
@@ -13,13 +13,17 @@ from armtwin.sim.render.solids import box
 def simulated_bench(
     scenario: ScenarioFile, purpose: str, n_poses: int | None = None, samples_before: int = 0
 ) -> SimulatedBench:
-    """Return the scenario's bench; each purpose has sensor noise of its own."""
+    """Return the scenario's bench, not yet connected; each purpose has sensor noise of its own.
+
+    `n_poses` are to come; `samples_before` were run earlier, so that what happens at some sample has happened then.
+    """
     return SimulatedBench(
         build_world(scenario, samples_before),
         seed=generator(scenario, purpose),
         sensor=sensor_of(scenario),
         shadows=scenario.picture.shadows,
         n_poses=n_poses,
+        actuation={"scenario": scenario.fingerprint, "samples_before": samples_before},
         obstacles=[_obstacle(scenario, number, table) for number, table in enumerate(scenario.obstacles)],
     )
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from armtwin.hardware.bench.limits import JointLimits
 from armtwin.models.errors import InputError
+from armtwin.models.joint_limits import JointLimits
 from armtwin.models.plan import Plan
 
 LIMITS = JointLimits(np.array([-1.0, -1.0, -1.0]), np.array([1.0, 1.0, 0.5]), 0.3)

@@ -1,0 +1,1 @@
+"""Benches by name: simulated, emulated, hardware and remote, opened by one door."""
