@@ -5,13 +5,15 @@ from armtwin.calib.camera.board import Board
 from armtwin.calib.camera.corners import Corners, find_corners
 from armtwin.calib.camera.coverage import Coverage
 from armtwin.calib.camera.fit import CameraCalibration, calibrate_camera
-from armtwin.calib.camera.uncertainty import INTRINSICS, Uncertainty
+from armtwin.calib.camera.models import MODELS, CameraModel
+from armtwin.calib.camera.uncertainty import Uncertainty
 
 __all__ = [
-    "INTRINSICS",
+    "MODELS",
     "Advice",
     "Board",
     "CameraCalibration",
+    "CameraModel",
     "Corners",
     "Coverage",
     "Uncertainty",

@@ -10,18 +10,23 @@ which y points up in the picture.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.calib.camera.board import Board
+if TYPE_CHECKING:
+    from armtwin.calib.camera.board import Board
 
 Array = NDArray[np.float64]
 Gray = NDArray[np.uint8]
 
 # The refinement's usual half window, px: OpenCV's calibration sample and most published intrinsics use it.
 USUAL_WINDOW_PX = 11
+# Boards are searched for in a picture of at most this many pixels a side: the detectors take seconds for a million
+# pixels of clutter and minutes for twelve. The corners are then refined in the whole picture.
+LARGEST_SEARCHED_PX = 1280
 # An adapted half window reaches this share of the way to the nearest corner, so that it sees one corner only.
 _WINDOW_SHARE = 0.4
 _MIN_WINDOW_PX = 2
@@ -36,10 +41,18 @@ _STEP_CHANGE = 0.45
 
 @dataclass(frozen=True, eq=False)
 class Corners:
-    """One view of the board: `name` for people, `pixels` (N, 2) raw pixels in the order of `Board.points_mm`."""
+    """One view of the board.
+
+    Attributes:
+        name: for people.
+        pixels: (N, 2) raw pixels.
+        ids: (N,) which of the board's points they are; None for all of them in their order.
+
+    """
 
     name: str
     pixels: Array
+    ids: NDArray[np.int_] | None = None
 
 
 def find_corners(image: Gray, board: Board, window_px: int | None = None, thorough: bool = True) -> Array | None:
@@ -51,16 +64,33 @@ def find_corners(image: Gray, board: Board, window_px: int | None = None, thorou
     A board that goes on beyond the corners (a larger one) is not this board: None.
     """
     gray = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY) if image.ndim == 3 else image, dtype=np.uint8)
-    found = _detect(gray, board, thorough)
+    small, scale = reduced(gray)
+    found = _detect(small, board, thorough)
     if found is None:
         return None
     grid = found.reshape(board.rows, board.columns, 2)
-    if not _even(grid) or _goes_on(gray, grid):
+    if not _even(grid) or _goes_on(small, grid):
         return None
-    grid = _right_start(gray, grid, board)
-    half = window_px or min(window_limit_px(grid), USUAL_WINDOW_PX)
-    half = min(half, (min(gray.shape) - 6) // 2)  # OpenCV wants the window well inside the picture
-    start = grid.reshape(-1, 1, 2).astype(np.float32)
+    grid = (_right_start(small, grid, board) + 0.5) * scale - 0.5
+    half = window_px or min(window_limit_px(grid), int(USUAL_WINDOW_PX * scale.max()))
+    return refine(gray, grid.reshape(-1, 2), half)
+
+
+def reduced(gray: Gray) -> tuple[Gray, Array]:
+    """Return the picture that a board is searched for in, and the (2,) size of its pixels, in pixels of `gray`."""
+    height, width = gray.shape
+    share = LARGEST_SEARCHED_PX / max(width, height)
+    if share >= 1.0:
+        return gray, np.ones(2)
+    size = max(round(width * share), 1), max(round(height * share), 1)
+    small = np.asarray(cv2.resize(gray, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    return small, np.array([width, height]) / np.array(size)
+
+
+def refine(gray: Gray, corners: Array, half: int) -> Array:
+    """(N, 2) corners to sub-pixel accuracy, by a window of `half` pixels each way."""
+    half = max(min(half, (min(gray.shape) - 6) // 2), 1)  # OpenCV wants the window well inside the picture
+    start = corners.reshape(-1, 1, 2).astype(np.float32)
     return cv2.cornerSubPix(gray, start, (half, half), (-1, -1), _REFINE).reshape(-1, 2).astype(float)
 
 

@@ -1,8 +1,4 @@
-"""Calibrate a camera from views of a chessboard: Zhang's method, then least squares over all corners.
-
-The fit is OpenCV's (Zhang 2000, A flexible new technique for camera calibration); this module adds what it does not
-tell: the full covariance, the influence of each view, the coverage and advice on views to drop or to add.
-"""
+"""Calibrate a camera from views of a board, with how far to trust it: covariance, views, coverage, advice."""
 
 from __future__ import annotations
 
@@ -14,22 +10,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.calib.camera.advice import Advice, advise, tilts
-from armtwin.calib.camera.board import Board
-from armtwin.calib.camera.corners import Corners, y_down_px
+from armtwin.calib.camera.bundle import residuals_of
+from armtwin.calib.camera.corners import Corners
 from armtwin.calib.camera.coverage import Coverage, cover
-from armtwin.calib.camera.uncertainty import INTRINSICS, Uncertainty, uncertainty
+from armtwin.calib.camera.models import USUAL, CameraModel
+from armtwin.calib.camera.start import fit_model, undetermined
+from armtwin.calib.camera.target import Target
+from armtwin.calib.camera.uncertainty import Uncertainty, uncertainty
 from armtwin.models.camera import Camera
 from armtwin.models.errors import InputError
-from armtwin.models.lenses import PlumbBob
 
 Array = NDArray[np.float64]
 
 # Zhang's method needs two tilted views for a camera without skew, three in general.
 MIN_VIEWS = 3
-# OpenCV's own limit (30 steps) stops some fits of few views early.
-_CRITERIA = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 200, 1e-12)
 # A focal length less certain than this share of itself means that the views do not determine it.
 _MAX_FOCAL_STD = 0.2
+# Boards whose normals differ by less all tilt alike: a hand that holds still shakes by two or three degrees.
+_LEAST_TURN_RAD = np.radians(5.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,11 +36,13 @@ class CameraCalibration:
 
     Attributes:
         camera: intrinsics, distortion, and the pose of the board in the reference view.
-        board: the chessboard.
+        board: what was photographed.
+        model: which lens was fitted, and what beside it.
+        bow_mm: (2,) height of the board's middle over its edges along x and y; zero where it was taken for flat.
         views: the corners used; turned together by half a turn where Table 2's frame wants it.
         reference: index of the reference view.
         rms_px: root mean square distance of measured and predicted corners.
-        residuals_px: (V, N, 2) measured less predicted corners.
+        residuals_px: for each view (N, 2) measured less predicted corners.
         poses: (V, 6) rotation vectors and translations (mm) of the board, board to camera.
         uncertainty: standard deviations, covariance and the influence of each view.
         coverage: how much of the image the corners cover.
@@ -51,11 +51,13 @@ class CameraCalibration:
     """
 
     camera: Camera
-    board: Board
+    board: Target
+    model: CameraModel
+    bow_mm: Array
     views: tuple[Corners, ...]
     reference: int
     rms_px: float
-    residuals_px: Array
+    residuals_px: tuple[Array, ...]
     poses: Array
     uncertainty: Uncertainty
     coverage: Coverage
@@ -73,28 +75,32 @@ class CameraCalibration:
 
     @property
     def intrinsics(self) -> dict[str, float]:
-        """Value of each intrinsic parameter, named as in `INTRINSICS`."""
+        """Value of each intrinsic parameter, by its name."""
         K = self.camera.K
         return {"fx": K[0, 0], "fy": K[1, 1], "cx": K[0, 2], "cy": K[1, 2], **self.camera.lens.named}
 
     @property
     def std(self) -> dict[str, float]:
-        """Standard deviation of each intrinsic parameter, if all corners err independently and alike."""
-        return dict(zip(INTRINSICS, self.uncertainty.std.tolist(), strict=True))
+        """Standard deviation of each adjusted intrinsic, if all corners err independently and alike."""
+        return dict(zip(self.uncertainty.names, self.uncertainty.std.tolist(), strict=True))
+
+    @property
+    def total_std(self) -> dict[str, float]:
+        """Standard deviation of each adjusted intrinsic to believe: with views or parts of the image wrong together."""
+        return dict(zip(self.uncertainty.names, self.uncertainty.total_std.tolist(), strict=True))
 
     @property
     def jackknife_std(self) -> dict[str, float]:
-        """Standard deviation of each intrinsic parameter from leaving out views, with no such assumption."""
-        return dict(zip(INTRINSICS, self.uncertainty.jackknife_std.tolist(), strict=True))
-
-    @property
-    def covariance(self) -> Array:
-        """(9, 9) covariance in the order of `INTRINSICS`."""
-        return self.uncertainty.covariance
+        """Standard deviation of each adjusted intrinsic from leaving out views, with no such assumption."""
+        return dict(zip(self.uncertainty.names, self.uncertainty.jackknife_std.tolist(), strict=True))
 
 
 def calibrate_camera(
-    views: Sequence[Corners], board: Board, image_size: tuple[int, int], reference: int = 0
+    views: Sequence[Corners],
+    board: Target,
+    image_size: tuple[int, int],
+    reference: int = 0,
+    model: CameraModel = USUAL,
 ) -> CameraCalibration:
     """Fit the camera to the corners of at least three views.
 
@@ -107,35 +113,43 @@ def calibrate_camera(
 
     """
     _check(views, board, image_size, reference)
-    views = _upright(views, board, reference)
-    points = board.points_mm
-    K, D, poses = _fit(points, views, image_size)
-    residuals = np.stack([view.pixels - _project(points, pose, K, D) for view, pose in zip(views, poses, strict=True)])
+    board, views = upright(views, board, reference)
+    points, pixels = [board.points_of(view) for view in views], [view.pixels for view in views]
+    bundle = fit_model(model, points, pixels, board, image_size)
+    residuals = residuals_of(bundle, points, pixels)
     try:
-        spread = uncertainty(points, residuals, poses, K, D)
+        spread = uncertainty(bundle, points, pixels, model.free, image_size)
     except np.linalg.LinAlgError as error:
-        raise _undetermined() from error
-    if not np.all(np.isfinite(spread.std)) or spread.std[0] > _MAX_FOCAL_STD * K[0, 0]:
-        raise _undetermined()
-    rotations = rotations_of(poses)
-    coverage = cover(np.concatenate([view.pixels for view in views]), image_size)
+        raise undetermined() from error
+    if not np.all(np.isfinite(spread.std)) or spread.total_std[0] > _MAX_FOCAL_STD * bundle.K[0, 0]:
+        raise undetermined()
+    rotations = rotations_of(bundle.poses)
+    check_turns(rotations)
+    coverage = cover(np.concatenate(pixels), image_size)
     return CameraCalibration(
-        camera=Camera(*image_size, K, PlumbBob(D), rotations[reference], poses[reference, 3:]),
+        camera=Camera(*image_size, bundle.K, bundle.lens, rotations[reference], bundle.poses[reference, 3:]),
         board=board,
+        model=model,
+        bow_mm=bundle.bow_mm,
         views=tuple(views),
         reference=reference,
-        rms_px=float(np.sqrt(np.mean(np.sum(residuals**2, axis=-1)))),
-        residuals_px=residuals,
-        poses=poses,
+        rms_px=rms_px(residuals),
+        residuals_px=tuple(residuals),
+        poses=bundle.poses,
         uncertainty=spread,
         coverage=coverage,
         advice=advise([view.name for view in views], view_rms_px(residuals), rotations, coverage),
     )
 
 
-def view_rms_px(residuals_px: Array) -> Array:
-    """(V,) root mean square distance from (V, N, 2) residuals."""
-    return np.sqrt(np.mean(np.sum(residuals_px**2, axis=-1), axis=-1))
+def rms_px(residuals_px: Sequence[Array]) -> float:
+    """Root mean square distance over all views of (N, 2) residuals each."""
+    return float(np.sqrt(np.mean(np.concatenate([np.sum(r**2, axis=-1) for r in residuals_px]))))
+
+
+def view_rms_px(residuals_px: Sequence[Array]) -> Array:
+    """(V,) root mean square distance of each view's (N, 2) residuals."""
+    return np.array([np.sqrt(np.mean(np.sum(r**2, axis=-1))) for r in residuals_px])
 
 
 def rotations_of(poses: Array) -> Array:
@@ -143,35 +157,31 @@ def rotations_of(poses: Array) -> Array:
     return np.array([cv2.Rodrigues(pose[:3])[0] for pose in poses], dtype=np.float64)
 
 
-def _fit(points: Array, views: Sequence[Corners], image_size: tuple[int, int]) -> tuple[Array, Array, Array]:
-    """K (3, 3), D (5,) and poses (V, 6) of least squared distance."""
-    object_points = [points.astype(np.float32)] * len(views)
-    image_points = [view.pixels.astype(np.float32) for view in views]
-    try:
-        _, K, D, turns, moves = cv2.calibrateCamera(
-            object_points, image_points, image_size, np.eye(3), np.zeros(5), criteria=_CRITERIA
+def upright(views: Sequence[Corners], board: Target, reference: int) -> tuple[Target, list[Corners]]:
+    """Turn board and views by half a turn where the board's y axis points down in the reference view."""
+    if board.y_down_px(views[reference]) <= 0:
+        return board, list(views)
+    return board.half_turned(views)
+
+
+def check_turns(rotations: Array) -> None:
+    """Refuse (V, 3, 3) rotations of a board that was held still, or only shifted and rolled: no focal length in them.
+
+    Raises:
+        InputError: says how to move the board.
+
+    """
+    normals = rotations[:, :, 2]
+    turned = float(np.arccos(np.clip(normals @ normals.T, -1.0, 1.0)).max())
+    if turned < _LEAST_TURN_RAD:
+        raise InputError(
+            f"camera calibration: the board is tilted alike in all {len(rotations)} views (to "
+            f"{np.degrees(turned):.1f} degrees), which tells no focal length from a distance; turn the board between "
+            "photographs: its left, right, top and bottom side each 30 to 45 degrees towards the camera"
         )
-    except cv2.error as error:
-        raise _undetermined() from error
-    if not (np.all(np.isfinite(K)) and np.all(np.isfinite(D))):
-        raise _undetermined()
-    poses: Array = np.hstack([np.reshape(turns, (-1, 3)), np.reshape(moves, (-1, 3))]).astype(np.float64)
-    return np.asarray(K, np.float64), np.asarray(D, np.float64).ravel()[:5], poses
 
 
-def _project(points: Array, pose: Array, K: Array, D: Array) -> Array:
-    pixels, _ = cv2.projectPoints(points, pose[:3], pose[3:], K, D)
-    return np.asarray(pixels, dtype=float).reshape(-1, 2)
-
-
-def _upright(views: Sequence[Corners], board: Board, reference: int) -> list[Corners]:
-    """Turn all views by half a turn where the board's y axis points down in the reference view."""
-    grid = views[reference].pixels.reshape(board.rows, board.columns, 2)
-    step = -1 if y_down_px(grid) > 0 else 1
-    return [Corners(view.name, view.pixels[::step]) for view in views]
-
-
-def _check(views: Sequence[Corners], board: Board, image_size: tuple[int, int], reference: int) -> None:
+def _check(views: Sequence[Corners], board: Target, image_size: tuple[int, int], reference: int) -> None:
     if len(views) < MIN_VIEWS:
         raise InputError(
             f"camera calibration: found {len(views)} usable views, wanted at least {MIN_VIEWS}, better 10 to 20; "
@@ -181,17 +191,10 @@ def _check(views: Sequence[Corners], board: Board, image_size: tuple[int, int], 
         raise InputError(f"reference view: found {reference}, wanted a number from 0 to {len(views) - 1}")
     width, height = image_size
     for view in views:
-        if view.pixels.shape != (board.n_corners, 2):
+        if view.ids is None and view.pixels.shape != (board.n_corners, 2):
             raise InputError(f"{view.name}: found {len(view.pixels)} corners, wanted {board.n_corners} ({board})")
         low, high = view.pixels.min(axis=0), view.pixels.max(axis=0)
         if not (np.all(low > -1) and high[0] < width and high[1] < height):  # a NaN fails, too
             raise InputError(
                 f"{view.name}: found a corner that is missing or outside the picture of {width}x{height} px"
             )
-
-
-def _undetermined() -> InputError:
-    return InputError(
-        "camera calibration: the views do not determine the camera, wanted the board at different tilts (about 30 to "
-        "45 degrees to all four sides) and distances; found views too much alike"
-    )

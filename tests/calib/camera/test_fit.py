@@ -36,7 +36,7 @@ class TestRecovery:
         fit = calibrate_camera(simulate(20, noise_px=0.1), board, SIZE)
         assert fit.uncertainty.sigma_px == pytest.approx(0.1, rel=0.05)
         assert fit.rms_px == pytest.approx(0.1 * np.sqrt(2), rel=0.07)
-        assert fit.residuals_px.shape == (20, 54, 2)
+        assert [r.shape for r in fit.residuals_px] == [(54, 2)] * 20
         np.testing.assert_allclose(fit.per_view_rms_px, 0.1 * np.sqrt(2), rtol=0.3)
 
     def test_residuals_are_measured_less_projected(self, simulate, board):
@@ -86,7 +86,7 @@ class TestBadViews:
         pixels = project(flat, board.points_mm)
         rng = np.random.default_rng(0)
         views = [Corners(f"view {i}", pixels + rng.normal(0.0, 0.05, pixels.shape)) for i in range(5)]
-        with pytest.raises(InputError, match="do not determine the camera"):
+        with pytest.raises(InputError, match=r"tilted alike in all 5 views|do not determine the camera"):
             calibrate_camera(views, board, SIZE)
 
     def test_an_unknown_reference_is_refused(self, simulate, board):

@@ -9,8 +9,10 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from armtwin.models.camera_files import read_camera
+from armtwin.models.camera import Camera
+from armtwin.models.camera_files import read_camera, write_camera
 from armtwin.models.errors import InputError
+from armtwin.models.lenses import PlumbBob
 from armtwin.scenarios.commands.calibrate_camera import calibrate_camera_command
 
 CHESSBOARD = Path(__file__).resolve().parents[3].parent / "shared" / "data" / "chessboard"
@@ -71,7 +73,7 @@ def test_the_camera_that_took_the_pictures_is_written(folder, tmp_path, capsys):
 def test_the_file_tells_its_own_uncertainty(folder, tmp_path):
     run([folder], tmp_path / "camera.yml")
     head = (tmp_path / "camera.yml").read_text()
-    assert "5 views of a chessboard: 9x6 inner corners, squares of 23 mm" in head
+    assert "5 views of a board: 9x6 inner corners, squares of 23 mm" in head
     assert "#   fx: " in head
 
 
@@ -80,7 +82,7 @@ def test_the_report_is_one_page_that_needs_no_network(folder, tmp_path):
     (folder / "view1.png").rename(folder / "view <i>.png")
     run([folder], tmp_path / "camera.yaml", report=tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
-    assert page.count("<figure>") == 4
+    assert page.count("<figure>") == 5
     assert not re.search(r"<(script|link|img)[^>]+(src|href)=", page)
     assert "a &lt;b&gt;.png" in page  # names are escaped, in the text and in the figures
     assert "<b>.png" not in page
@@ -150,7 +152,7 @@ class TestMistakes:
     def test_one_view_again_and_again(self, folder, tmp_path, pictures):
         for i in range(5):
             cv2.imwrite(str(folder / f"view{i}.png"), photograph((0.0, 0.0, 0.0)))
-        self.refused("do not determine the camera", [folder], tmp_path / "camera.yaml")
+        self.refused(r"tilted alike in all 5 views|do not determine the camera", [folder], tmp_path / "camera.yaml")
 
     def test_squares_in_metres(self, folder, tmp_path):
         self.refused("--square-mm: found 0.023", [folder], tmp_path / "camera.yaml", square_mm=0.023)
@@ -169,7 +171,7 @@ class TestMistakes:
 @needs_photographs
 def test_the_photographs_match_the_published_camera_and_show_what_to_drop(tmp_path, capsys):
     out = tmp_path / "camera.yaml"
-    run([CHESSBOARD], out, square_mm=25.0, report=tmp_path / "report.html")
+    run([CHESSBOARD], out, square_mm=25.0, window_px=11, model="plumb_bob")
     published = read_camera(CHESSBOARD / "published_intrinsics.yml")
     np.testing.assert_allclose(read_camera(out).K, published.K, atol=0.2)
     printed = " ".join(capsys.readouterr().out.split())
@@ -178,10 +180,48 @@ def test_the_photographs_match_the_published_camera_and_show_what_to_drop(tmp_pa
         "RMS 0.409 px",
         "drop left02.jpg: 1.22 px",
         "drop left13.jpg",
-        "rerun with --window-px 0",
+        "passed over: published_intrinsics.yml is no photograph",
         "top left",
     ):
         assert part in printed
+
+
+@needs_photographs
+def test_by_itself_the_refinement_sees_one_corner_only_and_no_view_is_poor(tmp_path, capsys):
+    run([CHESSBOARD], tmp_path / "camera.yaml", square_mm=25.0)
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "13 views of 9x6 inner corners, plumb_bob, RMS 0.181 px" in printed
+    assert "drop" not in printed
+
+
+def test_known_intrinsics_are_kept_and_the_pose_comes_from_one_photograph(folder, tmp_path, capsys):
+    known = Camera(640, 480, K, PlumbBob(np.zeros(5)), np.eye(3), np.zeros(3))
+    write_camera(tmp_path / "known.yaml", known)
+    run([folder / "view1.png"], tmp_path / "camera.yaml", intrinsics=tmp_path / "known.yaml")
+    camera = read_camera(tmp_path / "camera.yaml")
+    np.testing.assert_array_equal(camera.K, K)
+    middle = camera.R_board_camera @ [92.0, 57.5, 0.0] + camera.t_board_camera_mm
+    np.testing.assert_allclose(middle, [0.0, 0.0, 420.0], atol=0.3)
+    assert "Pose from view1.png" in capsys.readouterr().out
+
+
+def test_intrinsics_of_another_size_are_refused(folder, tmp_path):
+    known = Camera(1280, 720, K, PlumbBob(np.zeros(5)), np.eye(3), np.zeros(3))
+    write_camera(tmp_path / "known.yaml", known)
+    with pytest.raises(InputError, match=r"found 640x480 px, wanted 1280x720 px as in --intrinsics"):
+        run([folder / "view1.png"], tmp_path / "camera.yaml", intrinsics=tmp_path / "known.yaml")
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "told"),
+    [
+        ("target", "chessbord", "did you mean 'chessboard'"),
+        ("model", "fisheye", "found 'fisheye', wanted one of"),
+    ],
+)
+def test_a_misspelt_option_is_refused_with_what_there_is(folder, tmp_path, option, value, told):
+    with pytest.raises(InputError, match=told):
+        run([folder], tmp_path / "camera.yaml", **{option: value})
 
 
 def test_the_help_shows_an_example():

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import plotly.graph_objects as go
@@ -10,36 +11,23 @@ import plotly.io as pio
 from jinja2 import Environment, StrictUndefined
 from numpy.typing import NDArray
 
-from armtwin.calib.camera import INTRINSICS, CameraCalibration
+from armtwin.calib.camera import CameraCalibration
 from armtwin.calib.camera.advice import tilts
 from armtwin.calib.camera.fit import rotations_of
+from armtwin.scenarios.camera_calibration.job import CameraJob
+from armtwin.scenarios.camera_calibration.words import advice_lines, model_rows, number
 
-_PAGE = """<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><title>Camera calibration</title>
-<style>
- body { font: 15px/1.5 system-ui, sans-serif; max-width: 60rem; margin: 2rem auto; padding: 0 1rem; color: #222 }
- table { border-collapse: collapse; margin: 1rem 0 } td, th { padding: .15rem .8rem; text-align: right }
- td:first-child, th:first-child { text-align: left } tr { border-bottom: 1px solid #ddd }
- figure { margin: 1.5rem 0 } figcaption { color: #555 }
-</style></head><body>
-<h1>Camera calibration</h1>
-<p>{{ n_views }} views of {{ board }}, squares of {{ square_mm }} mm, {{ width }}×{{ height }} px.
-Root mean square distance of measured and predicted corners: <b>{{ rms }} px</b>.</p>
-<table><tr><th>parameter</th><th>value</th><th>± if corners err alike</th><th>± from leaving out views</th>
-{% for name in variants %}<th>{{ name }}</th>{% endfor %}</tr>
-{% for row in rows %}<tr>{% for cell in row %}<td>{{ cell }}</td>{% endfor %}</tr>{% endfor %}</table>
-<p>The first uncertainty takes every corner for an independent measurement. The second leaves out each view in turn;
-where it is clearly larger, whole views are wrong together (a bent board, a window that sees two corners, blur by
-motion).</p>
-<h2>What would make it better</h2>
-<ul>{% for line in advice %}<li>{{ line }}</li>{% endfor %}</ul>
-{% for caption, figure in figures %}<figure>{{ figure|safe }}<figcaption>{{ caption }}</figcaption></figure>{% endfor %}
-</body></html>
-"""
+# Cells of the image, each way, in which residuals are averaged; fewer corners than this in one tell nothing. Arrows are
+# drawn so many times as long as they are, in a picture of 1280 px.
+_FIELD_CELLS, _LEAST_IN_CELL, _FIELD_SCALE = 12, 4, 300.0
+# A figure is as wide as the page, on a telephone too, and without buttons that would cover it there.
+_CONFIG = {"responsive": True, "displayModeBar": False}
+_PAGE = Path(__file__).with_name("page.html")
 
 
-def report_page(fit: CameraCalibration, variants: Mapping[str, CameraCalibration], advice: Sequence[str]) -> str:
+def report_page(job: CameraJob) -> str:
     """Return the page as HTML, scripts included."""
+    fit = job.calibration
     figures = [
         ("Error of each view. Red: out of line with the others.", _errors(fit)),
         ("Corners seen, over the picture. Where there are none, the distortion is extrapolated.", _coverage(fit)),
@@ -48,20 +36,29 @@ def report_page(fit: CameraCalibration, variants: Mapping[str, CameraCalibration
             _residuals(fit),
         ),
         (
+            "What the model leaves in each part of the image: the mean of the residuals there, drawn 300 times as long "
+            "at 1280 px. Arrows in a pattern are a lens that the model does not follow; without order, noise.",
+            _field(fit),
+        ),
+        (
             "Tilt of the board, degrees, towards the side that is nearer. Views to all four sides beyond the inner "
             "circle of 15° fix the focal length.",
             _tilts(fit),
         ),
     ]
+    spread = fit.uncertainty
+    field = dict(zip(spread.names, spread.field_std.tolist(), strict=True))
+    stds = (fit.total_std, fit.std, fit.jackknife_std, field)
     rows = [
         [
             name,
-            *(number(value, ".6g") for value in (fit.intrinsics[name], fit.std[name], fit.jackknife_std[name])),
-            *(number(variant.intrinsics[name], ".6g") for variant in variants.values()),
+            number(value, ".6g"),
+            *(number(std.get(name, np.nan), ".3g") for std in stds),
+            *(number(variant.intrinsics[name], ".6g") for variant in job.variants.values()),
         ]
-        for name in INTRINSICS
+        for name, value in fit.intrinsics.items()
     ]
-    template = Environment(autoescape=True, undefined=StrictUndefined).from_string(_PAGE)
+    template = Environment(autoescape=True, undefined=StrictUndefined).from_string(_PAGE.read_text("utf-8"))
     return template.render(
         n_views=len(fit.views),
         board=str(fit.board),
@@ -69,19 +66,16 @@ def report_page(fit: CameraCalibration, variants: Mapping[str, CameraCalibration
         width=fit.camera.image_width,
         height=fit.camera.image_height,
         rms=f"{fit.rms_px:.3f}",
-        variants=list(variants),
+        variants=list(job.variants),
+        model=fit.model.name,
+        models=model_rows(job.comparison) if job.comparison else [],
         rows=rows,
-        advice=advice,
+        advice=[*job.seen.told, *advice_lines(job)],
         figures=[
-            (caption, pio.to_html(figure, include_plotlyjs=i == 0, full_html=False, div_id=f"figure-{i}"))
+            (caption, pio.to_html(figure, _CONFIG, include_plotlyjs=i == 0, full_html=False, div_id=f"figure-{i}"))
             for i, (caption, figure) in enumerate(figures)
         ],
     )
-
-
-def number(value: float, form: str) -> str:
-    """Format a number, or a dash where it could not be had."""
-    return format(value, form) if np.isfinite(value) else "–"
 
 
 def _errors(fit: CameraCalibration) -> go.Figure:
@@ -101,6 +95,29 @@ def _coverage(fit: CameraCalibration) -> go.Figure:
 def _residuals(fit: CameraCalibration) -> go.Figure:
     styled = _styled(go.Figure(_clouds(fit, list(fit.residuals_px))), "u, px", "v, px")
     styled.update_yaxes(scaleanchor="x", autorange="reversed")
+    return styled
+
+
+def _field(fit: CameraCalibration) -> go.Figure:
+    """Mean residual in each cell of the image, as arrows."""
+    size = np.array([fit.camera.image_width, fit.camera.image_height])
+    pixels = np.concatenate([view.pixels for view in fit.views])
+    residuals = np.concatenate(fit.residuals_px)
+    cell = np.clip((pixels + 0.5) / size * _FIELD_CELLS, 0, _FIELD_CELLS - 1).astype(int)
+    figure = go.Figure()
+    for column, row in np.unique(cell, axis=0):
+        inside = np.all(cell == [column, row], axis=1)
+        if inside.sum() < _LEAST_IN_CELL:
+            continue
+        at, mean = pixels[inside].mean(axis=0), residuals[inside].mean(axis=0)
+        end = at + _FIELD_SCALE * size[0] / 1280.0 * mean
+        figure.add_annotation(
+            {"x": end[0], "y": end[1], "ax": at[0], "ay": at[1], "axref": "x", "ayref": "y", "showarrow": True}
+            | {"arrowhead": 2, "arrowwidth": 1.5, "arrowcolor": "#3367a6", "text": ""}
+        )
+    styled = _styled(figure, "u, px", "v, px")
+    styled.update_xaxes(range=[0, size[0]], constrain="domain")
+    styled.update_yaxes(range=[size[1], 0], scaleanchor="x", constrain="domain")
     return styled
 
 
