@@ -1,1 +1,70 @@
-"""armtwin: a simulation-first digital twin of a planar servo arm watched by one webcam."""
+"""armtwin: a simulation-first digital twin of a planar servo arm watched by one webcam.
+
+    import armtwin
+
+    recording = armtwin.read_recording("recordings/first")
+    print(armtwin.calibrate(recording).deviation)
+    print(armtwin.diagnose(recording).verdict)
+
+    with armtwin.open_bench("simulated") as bench:
+        bench.move(q_cmd_rad)
+        frame = bench.capture()
+
+The names below stay; what they are made of is in the rooms (`armtwin.models`, `sim`, `calib`, `hardware`,
+`scenarios`), for those who work on armtwin. A name is imported when it is first used.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from armtwin.calib.arm.calibration import ArmCalibration
+    from armtwin.calib.diagnosis.diagnosis import Diagnosis
+    from armtwin.models.bench import Bench, BenchDescription, Frame
+    from armtwin.models.errors import ArmtwinError, InputError, JobError, RecordingError
+    from armtwin.models.recordings.recording import Recording
+    from armtwin.scenarios.public import calibrate, diagnose, open_bench, read_recording, run
+    from armtwin.scenarios.report.data import RunData
+
+_PLACES = {
+    "ArmCalibration": "calib.arm.calibration",
+    "Diagnosis": "calib.diagnosis.diagnosis",
+    **dict.fromkeys(("Bench", "BenchDescription", "Frame"), "models.bench"),
+    **dict.fromkeys(("ArmtwinError", "InputError", "JobError", "RecordingError"), "models.errors"),
+    "Recording": "models.recordings.recording",
+    **dict.fromkeys(("calibrate", "diagnose", "open_bench", "read_recording", "run"), "scenarios.public"),
+    "RunData": "scenarios.report.data",
+}
+
+__all__ = [
+    "ArmCalibration",
+    "ArmtwinError",
+    "Bench",
+    "BenchDescription",
+    "Diagnosis",
+    "Frame",
+    "InputError",
+    "JobError",
+    "Recording",
+    "RecordingError",
+    "RunData",
+    "calibrate",
+    "diagnose",
+    "open_bench",
+    "read_recording",
+    "run",
+]
+
+if not TYPE_CHECKING:  # a type checker would take any name for one of these
+
+    def __getattr__(name: str) -> object:
+        if name not in _PLACES:
+            raise AttributeError(f"module 'armtwin' has no attribute '{name}'; it offers {', '.join(__all__)}")
+        from importlib import import_module
+
+        value = globals()[name] = getattr(import_module(f"armtwin.{_PLACES[name]}"), name)
+        return value
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *__all__})

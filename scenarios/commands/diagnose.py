@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -10,14 +9,12 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from armtwin.calib.markers.recording import measure_recording
 from armtwin.models.catalogue.registry import register_file
 from armtwin.models.errors import InputError
-from armtwin.models.recordings.reader import read_recording
-from armtwin.models.recordings.recording import Recording
 from armtwin.models.recordings.writer import write_recording
 from armtwin.scenarios.closed_loop import close_loop_on, described
 from armtwin.scenarios.commands.outputs import check_out_folder
+from armtwin.scenarios.diagnosis.measured import measured
 from armtwin.scenarios.diagnosis.summary import print_summary
 from armtwin.scenarios.diagnosis.whole import story_of, write_story
 
@@ -78,13 +75,3 @@ def diagnose_command(
         typer.echo(f"round {number}: {described(one)}")
     print_summary(Console(), story)
     typer.echo(f"Report written to {out / 'report.html'}, diagnosis.json and twin.toml beside it")
-
-
-def measured(folder: Path, tell: Callable[[str], None]) -> Recording:
-    """Read a recording; where it has neither markers nor angles, measure the markers in its frames."""
-    if not (folder / "frames").is_dir():
-        return read_recording(folder)
-    data = read_recording(folder, unmeasured=True)
-    if data.markers_px or data.q_meas is not None:
-        return data
-    return measure_recording(data, progress=lambda done, n: tell(f"measuring markers: frame {done} of {n}"))

@@ -10,15 +10,10 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from armtwin.models.errors import InputError
-from armtwin.scenarios.benches.door import open_bench
-from armtwin.scenarios.benches.spec import SimulatedSpec
-from armtwin.scenarios.commands.outputs import check_out_folder
 from armtwin.scenarios.report.line_figures import LABELS
-from armtwin.scenarios.runner.job import Job, alone, open_job
-from armtwin.scenarios.runner.run import run_stages
-from armtwin.scenarios.runner.stages import STAGES
-from armtwin.scenarios.scenario import builtin_scenarios, read_scenario
+from armtwin.scenarios.runner.experiment import run_experiment
+from armtwin.scenarios.runner.job import Job
+from armtwin.scenarios.scenario import builtin_scenarios
 
 
 def run_command(
@@ -39,15 +34,7 @@ def run_command(
 
     Example: armtwin run paper --out out/paper
     """
-    wanted = read_scenario(scenario)
-    check_out_folder(out)
-    try:
-        open_bench(SimulatedSpec(wanted))  # what cannot be filmed is refused before anything is written
-    except InputError as error:
-        raise InputError(f"{scenario}: {error}") from None
-    job = open_job(out, wanted)
-    with alone(job):
-        run_stages(job, STAGES, workers)
+    job = run_experiment(scenario, out, workers)
     _print(Console(), job)
     typer.echo(f"Report written to {out / 'report.html'}, results to {out / 'results.json'}")
 

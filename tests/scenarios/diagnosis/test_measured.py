@@ -12,7 +12,7 @@ import pytest
 from armtwin.models.errors import RecordingError
 from armtwin.models.recordings.recording import Recording, make_samples
 from armtwin.models.recordings.writer import write_recording
-from armtwin.scenarios.commands.diagnose import measured
+from armtwin.scenarios.diagnosis.measured import measured
 from armtwin.sim.bench import SimulatedBench
 from tests.support.worlds import PLANE_MM, flat_world
 

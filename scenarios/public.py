@@ -1,0 +1,76 @@
+"""What the commands do, as functions: `import armtwin` offers them under the same names."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Literal
+
+from armtwin.calib.arm import algorithm_1, least_squares
+from armtwin.calib.arm.calibration import ArmCalibration
+from armtwin.calib.diagnosis import diagnosis
+from armtwin.models.bench import Bench
+from armtwin.models.recordings.recording import Recording
+from armtwin.scenarios.benches import door
+from armtwin.scenarios.benches.spec import bench_spec
+from armtwin.scenarios.diagnosis.measured import measured
+from armtwin.scenarios.report.data import RunData
+from armtwin.scenarios.runner.experiment import run_experiment
+
+PathLike = str | os.PathLike[str]
+
+
+def read_recording(folder: PathLike, *, progress: Callable[[str], None] = lambda _: None) -> Recording:
+    """Read a recording folder; where only frames stand in it, the markers are measured in them.
+
+    `progress` is told what is being done. Raises `RecordingError` that names the file, the key or row, and the remedy.
+    """
+    return measured(Path(folder), progress)
+
+
+def calibrate(
+    recording: Recording,
+    trajectories: Sequence[str] | None = None,
+    *,
+    method: Literal["least-squares", "algorithm-1"] = "least-squares",
+) -> ArmCalibration:
+    """Calibrate the arm's link lengths and joint zeros on the named trajectories.
+
+    By default on all that the recording does not hold out; by least squares on every marker, or by the paper's
+    Algorithm 1 on A and F. Raises `InputError` for poses that say too little.
+    """
+    return {"least-squares": least_squares, "algorithm-1": algorithm_1}[method].calibrate(recording, trajectories)
+
+
+def diagnose(recording: Recording, *, progress: Callable[[str], None] = lambda _: None) -> diagnosis.Diagnosis:
+    """Name what the twin of a recording still gets wrong, and measure the gain on poses that it did not fit.
+
+    `progress` is told what is being done. Raises `RecordingError` where the recording cannot decide anything.
+    """
+    return diagnosis.diagnose(recording, progress)
+
+
+def run(scenario: PathLike, out: PathLike, *, workers: Literal[1, 2] = 2, quiet: bool = True) -> RunData:
+    """Run a scenario, by name or file, in the folder `out`, or go on with the run that is there.
+
+    Returns its results, truth and recordings. Workers are processes that import the calling script anew: call it below
+    `if __name__ == "__main__":`. Raises `InputError`, or `JobError` where a stage fails.
+    """
+    return RunData(run_experiment(os.fspath(scenario), Path(out), workers, quiet=quiet).out)
+
+
+def open_bench(
+    bench: PathLike,
+    *,
+    token: str | None = None,
+    speed: float | None = None,
+    hang_by: Callable[[float], None] | None = None,
+) -> Bench:
+    """Return a bench, a context manager that connects it and closes it.
+
+    `bench` is `simulated`, a scenario, `emulated` (at `speed` times real time), a bench file, or the address of a
+    served bench, which asks for a `token`. `hang_by` hangs a mass of so many kg at the tip of a hardware bench, or asks
+    someone to. Raises `InputError` for what is no bench.
+    """
+    return door.open_bench(bench_spec(os.fspath(bench), token=token, speed=speed), hang_by=hang_by)
