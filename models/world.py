@@ -137,12 +137,16 @@ class World:
             camera = motion(camera, moment)
         return camera
 
-    def compile(self) -> mujoco.MjModel:
-        """Compile the true arm, with everything that was done to it."""
+    def spec(self) -> mujoco.MjSpec:
+        """Return the model of the true arm, with everything that was done to it."""
         spec = build_arm(self.arm, self.servo, self.deviation, self.bendable)
         for mechanism in self.mechanics:
             mechanism(spec)
-        return spec.compile()
+        return spec
+
+    def compile(self) -> mujoco.MjModel:
+        """Compile the true arm, with everything that was done to it."""
+        return self.spec().compile()
 
 
 def ideal_world(

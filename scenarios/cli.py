@@ -7,6 +7,8 @@ import importlib
 import os
 import sys
 import traceback
+from importlib import metadata
+from typing import Annotated
 
 import typer
 from rich.console import Console
@@ -28,6 +30,8 @@ COMMANDS = {
     "serve": "serve:serve_command",
     "seal": "seal:seal_command",
     "score": "score:score_command",
+    "effects": "effects:effects_command",
+    "export": "export:export_command",
 }
 # What the system says of a path that was given wrongly, rather than of a disk that is full or breaks.
 _WRONG_PATH = {
@@ -41,7 +45,7 @@ _INTERRUPTED = 130
 def build_app(wanted: str | None = None) -> typer.Typer:
     """Return the app; with the name of one command only that one is imported, which keeps the start fast."""
     app = typer.Typer(name="armtwin", no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
-    app.callback(help="A simulation-first digital twin of a planar servo arm watched by one webcam.")(_nothing)
+    app.callback(help="A simulation-first digital twin of a planar servo arm watched by one webcam.")(_before)
     for name in [wanted] if wanted in COMMANDS else list(COMMANDS):
         module, function = COMMANDS[name].split(":")
         command = getattr(importlib.import_module(f"armtwin.scenarios.commands.{module}"), function)
@@ -89,8 +93,18 @@ def _command_of(arguments: list[str]) -> str:
     return f"{arguments[0]} " if arguments and arguments[0] in COMMANDS else ""
 
 
-def _nothing() -> None:
-    """Stand in for what to do before every command."""
+def _tell_version(wanted: bool) -> None:
+    if wanted:
+        typer.echo(f"armtwin {metadata.version('armtwin')}")
+        raise typer.Exit
+
+
+def _before(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_tell_version, is_eager=True, help="Print the version and leave.")
+    ] = False,
+) -> None:
+    """Stand for what comes before every command."""
 
 
 def _say(message: str) -> None:

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from importlib import metadata
 from pathlib import Path
 
 import cv2
@@ -240,3 +241,10 @@ def test_nobody_is_shown_a_traceback(tmp_path: Path) -> None:
     assert done.stderr.startswith("armtwin: broken.toml: not TOML")
     assert "Traceback" not in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["broken.toml"]
+
+
+def test_it_tells_its_version(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as left:
+        main(["--version"])
+    assert left.value.code == 0
+    assert capsys.readouterr().out == f"armtwin {metadata.version('armtwin')}\n"

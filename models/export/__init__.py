@@ -1,0 +1,1 @@
+"""Twins as models that other people's tools load: MJCF and URDF, with a note of what the format cannot hold."""
