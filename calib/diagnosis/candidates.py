@@ -45,7 +45,7 @@ def candidate_sites(data: Data, taken: Iterable[Active] = ()) -> list[tuple[Effe
     held = {active.key for active in taken}
     pairs = []
     for effect in catalogue().values():
-        if effect.find is not None or effect.term is None:
+        if effect.find is not None or effect.term is None or (effect.needs_return and not context.turns_back):
             continue
         if not data.problem.is_pixels and effect.stage > Stage.JOINT:
             continue

@@ -10,13 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from armtwin.calib.diagnosis.crossed import LEFT_IN
 from armtwin.calib.diagnosis.fit import degrees_of_freedom
 from armtwin.calib.diagnosis.geometry import GeometryReport, geometry_report
 from armtwin.calib.diagnosis.holdout import HeldOut, every_fourth, held_out_gain, held_out_rows, held_out_trend
 from armtwin.calib.diagnosis.problem import Problem, problem_of
 from armtwin.calib.diagnosis.repairs import cost_unrepaired
 from armtwin.calib.diagnosis.search import Cause, Explanation, search
-from armtwin.calib.diagnosis.structure import LOUD, Trend, louder_than_noise, trends, typical_misfit
+from armtwin.calib.diagnosis.significance import loud_from, of_the_grain
+from armtwin.calib.diagnosis.structure import Trend, louder_than_noise, trends, typical_misfit
 from armtwin.calib.diagnosis.uncertainty import uncertainty
 from armtwin.models.catalogue.predict import Active
 from armtwin.models.errors import RecordingError
@@ -37,7 +39,7 @@ _PLAIN_SHARE = 0.025
 _PLAIN_NOISE = 2.0
 _PLAIN_TREND = 0.3
 # Values beyond the number of parameters without which nothing can be decided.
-_SPARE_VALUES = 8
+_SPARE_VALUES = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +123,7 @@ def diagnose(recording: Recording, progress: Callable[[str], None] = lambda _: N
         problem=problem,
         explanation=explanation,
         fit_rows=fit_rows,
-        held_rows=held_rows,
+        held_rows=held_rows if held_rows.any() else fit_rows,
     )
 
 
@@ -131,6 +133,8 @@ def check_decidable(problem: Problem, rows: Bool) -> None:
         raise RecordingError("samples.csv: only marker A is ever seen, and it does not move; another marker is wanted")
     seen = np.isfinite(problem.observed).all(axis=-1) & rows[:, None]
     values = int(seen.sum()) * problem.observed.shape[-1]
+    if rows.all():  # of few poses none is kept back, but a fold of them is left out in turn
+        values = int(values * LEFT_IN)
     wanted = len(problem.nominal) + _SPARE_VALUES
     if values < wanted:
         each = max(problem.observed.shape[1] * problem.observed.shape[-1], 1)
@@ -154,15 +158,17 @@ def _causes(explanation: Explanation) -> tuple[tuple[NamedCause, ...], Array]:
 
 def _verdict(explanation: Explanation, after: tuple[Trend, ...], causes: tuple[NamedCause, ...]) -> Verdict:
     reduced = _without_worst(explanation.final.misfit, explanation)
+    loud = loud_from(explanation.data, explanation.final)
     if not explanation.causes:
-        if reduced > LOUD or (after and reduced > _HEARD):
+        follows = bool(after) and reduced > _HEARD and not of_the_grain(explanation.data, explanation.final)
+        if reduced > loud or follows:
             return "unknown"
         return "named" if causes else "none"
     before = _without_worst(explanation.geometric.misfit, explanation)
     left = max(reduced - 1.0, 0.0) / max(before - 1.0, 1e-9)
     plain = left > _PLAIN_SHARE and reduced > _PLAIN_NOISE and any(trend.share > _PLAIN_TREND for trend in after)
     following = left > _FOLLOWING_SHARE and bool(after)
-    if plain or following or (left > _LEFT_SHARE and reduced > LOUD):
+    if plain or following or (left > _LEFT_SHARE and reduced > loud):
         return "unknown"
     return "ambiguous" if any(cause.equivalents for cause in causes) else "named"
 

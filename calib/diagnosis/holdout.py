@@ -8,11 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from armtwin.calib.diagnosis.crossed import FEW_POSES, crossed_predictions
 from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom, fit
 from armtwin.calib.diagnosis.problem import Problem
 from armtwin.calib.diagnosis.repairs import find_missed, repair
 from armtwin.calib.diagnosis.search import Explanation
-from armtwin.calib.diagnosis.structure import LOUD, Trend, typical_misfit
+from armtwin.calib.diagnosis.significance import loud_from
+from armtwin.calib.diagnosis.structure import Trend, typical_misfit
 from armtwin.models.catalogue.predict import Active
 from armtwin.models.errors import RecordingError
 from armtwin.models.recordings.recording import Recording
@@ -59,6 +61,8 @@ def held_out_rows(recording: Recording) -> tuple[Bool, tuple[str, ...], str]:
                 f"recording.json: held_out names every trajectory ({', '.join(names)}); leave some to fit to"
             )
         return np.isin(recording.trajectory, kept), kept, "the trajectories that the recording holds out"
+    if len(recording) < FEW_POSES:
+        return np.zeros(len(recording), dtype=bool), (), "every pose in turn, predicted from the others: there are few"
     if len(names) >= 4:
         return recording.trajectory == names[-1], (names[-1],), "the last trajectory"
     words = f"every {_EVERY}th pose, there being too few trajectories to hold a whole one out"
@@ -87,7 +91,7 @@ def held_out_trend(problem: Problem, explanation: Explanation, rows: Bool) -> Tr
     most = typical_misfit(refitted.misfit, held, d)
     others = max(1.0, float(final.misfit.sum()) / degrees_of_freedom(data, final))
     values = d * int(held.sum())
-    if most / others < LOUD + _CHANCE * np.sqrt(2.0 / values):
+    if most / others < loud_from(data, final) + _CHANCE * np.sqrt(2.0 / values):
         return None
     return Trend("the poses held out", 1.0 - others / most, float(stats.chi2.sf(values * most / others, values)))
 
@@ -97,21 +101,18 @@ def held_out_gain(
 ) -> HeldOut:
     """Measure the errors of the drawing, the calibrated and the extended twin on the held-out rows."""
     data, final = explanation.data, explanation.final
-    whole = replace(
-        data, problem=replace(data.problem, observed=problem.observed), counts=_seen(problem) & rows[:, None]
-    )
-    effects = _missed_here_too(whole, final)
-    repaired = repair(whole, replace(final, effects=effects))
-    observed, seen = repaired.data.problem.observed, repaired.data.counts
-    nominal = _errors(problem, observed, seen, problem.nominal, ())
-    before = _errors(data.problem, observed, seen, explanation.geometric.g, ())
-    after = _errors(data.problem, observed, seen, final.g, effects)
+    if rows.any():
+        nominal, before, after = _kept_back(problem, explanation, rows)
+    else:
+        observed, seen = data.problem.observed, data.counts
+        nominal = _errors(problem, observed, seen, problem.predict(problem.nominal, ()))
+        before, after = (_errors(data.problem, observed, seen, p) for p in crossed_predictions(data, explanation))
     floor = data.noise * _mm_per_unit(problem, final.g) * np.sqrt(problem.observed.shape[-1])
     gain, interval = _gain(before, after)
     return HeldOut(
         trajectories=names,
         description=words,
-        n_poses=int(rows.sum()),
+        n_poses=int(rows.sum()) or int(data.counts.any(axis=1).sum()),
         nominal_rms_mm=_rms(nominal),
         before_rms_mm=_rms(before),
         after_rms_mm=_rms(after),
@@ -120,6 +121,22 @@ def held_out_gain(
         noise_floor_mm=float(floor),
         gain_percent=gain,
         gain_ci95_percent=interval,
+    )
+
+
+def _kept_back(problem: Problem, explanation: Explanation, rows: Bool) -> tuple[Array, Array, Array]:
+    """Three (N, M) errors on rows that no step of the search has seen, mm: drawing, calibrated and extended twin."""
+    data, final = explanation.data, explanation.final
+    whole = replace(
+        data, problem=replace(data.problem, observed=problem.observed), counts=_seen(problem) & rows[:, None]
+    )
+    effects = _missed_here_too(whole, final)
+    repaired = repair(whole, replace(final, effects=effects))
+    observed, seen = repaired.data.problem.observed, repaired.data.counts
+    return (
+        _errors(problem, observed, seen, problem.predict(problem.nominal, ())),
+        _errors(data.problem, observed, seen, data.problem.predict(explanation.geometric.g, ())),
+        _errors(data.problem, observed, seen, data.problem.predict(final.g, effects)),
     )
 
 
@@ -133,10 +150,10 @@ def in_millimetres(problem: Problem, g: Array, residual: Array) -> Array:
     return np.where(np.isfinite(residual), plane, np.nan)
 
 
-def _errors(problem: Problem, observed: Array, seen: Bool, g: Array, effects: tuple[Active, ...]) -> Array:
+def _errors(problem: Problem, observed: Array, seen: Bool, predicted: Array) -> Array:
     """(N, M) distance of what was seen from what is predicted, mm; NaN where it does not count."""
-    residual = np.where(seen[..., None], observed - problem.predict(g, effects), np.nan)
-    return np.sqrt((in_millimetres(problem, g, residual) ** 2).sum(axis=-1))
+    residual = np.where(seen[..., None], observed - predicted, np.nan)
+    return np.sqrt((in_millimetres(problem, problem.nominal, residual) ** 2).sum(axis=-1))
 
 
 def _missed_here_too(held: Data, final: Fit) -> tuple[Active, ...]:

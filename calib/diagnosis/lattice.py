@@ -59,35 +59,40 @@ def command_lattices(q_cmd: Array) -> list[Lattice]:
     return found
 
 
-def coarse_step(angles: Array) -> tuple[float, NDArray[np.bool_]]:
-    """Return the largest step on which (N,) angles lie unevenly, or 0, and which distinct ones, ascending, do."""
+def coarse_step(
+    angles: Array, least_step_rad: float = _LEAST_STEP_RAD, off_share: float = _OFF_SHARE
+) -> tuple[float, NDArray[np.bool_]]:
+    """Return the largest step on which (N,) angles lie unevenly, or 0, and which distinct ones, ascending, do.
+
+    On it is what is off by no more than `off_share` of the step.
+    """
     values = _distinct(angles)
     gaps = np.unique(np.diff(values))[:_GAPS]
     steps = (gaps[:, None] / np.arange(1, _MOST_STEPS + 1)).ravel() if len(values) > 4 else np.zeros(0)
-    for step in -np.sort(-steps[steps > _LEAST_STEP_RAD]):
-        refined, members = _members(values, float(step))
-        enough = members.mean() >= _LEAST_SHARE and _beyond_chance(members, refined, len(steps))
+    for step in -np.sort(-steps[steps > least_step_rad]):
+        refined, members = _members(values, float(step), off_share)
+        enough = members.mean() >= _LEAST_SHARE and _beyond_chance(members, refined, len(steps), off_share)
         if enough and _uneven(angles, values[members], refined):
             return refined, members
     return 0.0, np.zeros(len(values), dtype=bool)
 
 
-def _members(values: Array, step: float) -> tuple[float, NDArray[np.bool_]]:
+def _members(values: Array, step: float, off_share: float) -> tuple[float, NDArray[np.bool_]]:
     """Return the step, refined, and the values on its lattice, whose origin lies where most of them agree."""
     # The step is known to a rounded digit only: over many steps that adds up, so the fit grows from near to far.
-    origin = _densest(np.mod(values, step), step, _allowed(step) * step)
-    for slack in (0.1, 0.03, _allowed(step)):
+    origin = _densest(np.mod(values, step), step, _allowed(step, off_share) * step)
+    for slack in (0.1, 0.03, _allowed(step, off_share)):
         counts = np.round((values - origin) / step)
         members = np.abs(values - origin - counts * step) <= slack * step
         if members.sum() < 3 or np.ptp(counts[members]) == 0:
             break
         step, origin = (float(x) for x in np.polyfit(counts[members], values[members], 1))
     off = np.abs(values - origin - np.round((values - origin) / step) * step)
-    return step, off <= _allowed(step) * step
+    return step, off <= _allowed(step, off_share) * step
 
 
-def _allowed(step: float) -> float:
-    return max(_SAME_RAD / step, _OFF_SHARE)
+def _allowed(step: float, off_share: float) -> float:
+    return max(_SAME_RAD / step, off_share)
 
 
 def _densest(phases: Array, step: float, reach: float) -> float:
@@ -96,10 +101,10 @@ def _densest(phases: Array, step: float, reach: float) -> float:
     return float(phases[np.argmax((np.minimum(apart, step - apart) <= reach).sum(axis=1))])
 
 
-def _beyond_chance(members: NDArray[np.bool_], step: float, tried: int) -> bool:
+def _beyond_chance(members: NDArray[np.bool_], step: float, tried: int, off_share: float) -> bool:
     """Whether values anywhere would hardly lie so: two fix the lattice, each other meets it by chance."""
     n, on = len(members), int(members.sum())
-    return bool(tried * n * stats.binom.sf(on - 3, n - 2, 2.0 * _allowed(step)) < _CHANCE)
+    return bool(tried * n * stats.binom.sf(on - 3, n - 2, 2.0 * _allowed(step, off_share)) < _CHANCE)
 
 
 def _uneven(angles: Array, values: Array, step: float) -> bool:

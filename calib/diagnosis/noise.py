@@ -32,12 +32,15 @@ def robust_std(values: Array) -> float:
 
 def least_noise(problem: Problem) -> float:
     """Return the smallest noise that is believed, in the channels' unit."""
-    return _LEAST_NOISE_PX if problem.is_pixels else _LEAST_NOISE_RAD
+    return max(problem.grain_std, _LEAST_NOISE_PX if problem.is_pixels else _LEAST_NOISE_RAD)
 
 
-def clipped_std(values: Array) -> float:
-    """Standard deviation about zero of Gaussian values with a few gross ones; nearly as efficient as without them."""
-    limit = _CLIP * robust_std(values)
+def clipped_std(values: Array, least: float = 0.0) -> float:
+    """Standard deviation about zero of Gaussian values with a few gross ones; nearly as efficient as without them.
+
+    `least` is what it cannot be below: of coarse values most may be alike, and their median says nothing.
+    """
+    limit = _CLIP * max(robust_std(values), least)
     clipped = np.clip(values, -limit, limit)
     return float(np.sqrt(np.nanmean(clipped * clipped))) / _CLIPPED_STD if limit > 0 else 0.0
 
@@ -56,7 +59,8 @@ def estimate_noise(problem: Problem, residual: Array) -> float:
         at_rest = problem.is_pixels and problem.channels[channel] == "a"
         change = seen[1:] - seen[:-1] if at_rest else seen[2:] - 2.0 * seen[1:-1] + seen[:-2]
         if change.size >= _LEAST_DIFFERENCES:
-            estimates.append(clipped_std(change) / np.sqrt(2.0 if at_rest else 6.0))
+            summed = np.sqrt(2.0 if at_rest else 6.0)
+            estimates.append(clipped_std(change, summed * problem.grain_std) / summed)
     quietest = min(estimates, default=robust_std(residual))
     first = estimates[0] if estimates and problem.is_pixels and problem.channels[0] == "a" else quietest
     noise = first if first < _CLEARLY * quietest else quietest

@@ -13,6 +13,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from armtwin.calib.diagnosis.grain import floor_of, reading_grains
 from armtwin.models.camera import back_project
 from armtwin.models.catalogue.context import Context, nominal_links
 from armtwin.models.catalogue.predict import Active, Geometry, camera_path, joint_angles, marker_points
@@ -39,6 +40,7 @@ class Problem:
         base_in_board_mm: (3,) robot origin about which the base is fitted, from the drawing and the data.
         nominal: (g,) geometry of the drawing.
         channels: names of the M channels for people.
+        grain_std: least standard deviation that the steps of the readings leave, in the channels' unit; 0 without any.
 
     """
 
@@ -47,6 +49,7 @@ class Problem:
     base_in_board_mm: Array
     nominal: Array
     channels: tuple[str, ...]
+    grain_std: float = 0.0
 
     @property
     def is_pixels(self) -> bool:
@@ -163,17 +166,18 @@ def problem_of(recording: Recording) -> Problem:
         temperature_c=recording.temperature_c,
         links=nominal_links(arm),
     )
+    grain_std = floor_of(reading_grains(recording))
     if not markers:
         assert recording.q_meas is not None
         names = tuple(f"joint {joint + 1}" for joint in range(arm.n_joints))
-        return Problem(context, recording.q_meas[..., None], np.zeros(3), np.zeros(arm.n_joints), names)
+        return Problem(context, recording.q_meas[..., None], np.zeros(3), np.zeros(arm.n_joints), names, grain_std)
     observed = np.stack([recording.markers_px[name] for name in markers], axis=1)
     links = nominal_links(arm)
     corner = [complex(arm.link_lengths_mm[2])] if "e" in markers else []
     z = np.concatenate([links, corner])
     nominal = np.concatenate([np.zeros(2), np.stack([z.real, z.imag], axis=-1).ravel()])
     base = _first_base(context, observed)
-    return Problem(context, observed, base, nominal, markers)
+    return Problem(context, observed, base, nominal, markers, grain_std)
 
 
 def _first_base(context: Context, observed: Array) -> Array:

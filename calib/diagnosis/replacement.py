@@ -28,7 +28,7 @@ def settle(data: Data, base: Fit, progress: Callable[[str], None]) -> tuple[Fit,
         for active in base.effects:
             progress(f"trying others in the place of {active.label}")
             ties = _ties(data, base, active)
-            simplest = min(ties, key=lambda candidate: (candidate.complexity, candidate.score))
+            simplest = min(ties, key=lambda candidate: _order(data, candidate))
             if simplest.active.key != active.key and attempt < _MOST_ATTEMPTS - 1:
                 replaced = simplest.fit
                 break
@@ -50,6 +50,12 @@ def rescanned(data: Data, base: Fit) -> Fit:
             if candidate.fit.deviance < base.deviance:
                 base = candidate.fit
     return base
+
+
+def _order(data: Data, candidate: Candidate) -> tuple[bool, float, float]:
+    """Sort ties: what was recorded speaks for a cause before its simplicity, and that before its score."""
+    untimed = candidate.active.effect.in_time and data.problem.context.time_s is None
+    return untimed, candidate.complexity, candidate.score
 
 
 def _ties(data: Data, base: Fit, active: Active) -> list[Candidate]:

@@ -22,13 +22,12 @@ from armtwin.calib.diagnosis.noise import estimate_noise, least_noise, robust_st
 from armtwin.calib.diagnosis.problem import Problem
 from armtwin.calib.diagnosis.repairs import Repaired, repair
 from armtwin.calib.diagnosis.replacement import Equivalents, rescanned, settle
+from armtwin.calib.diagnosis.significance import LEVEL, of_the_grain
 from armtwin.models.catalogue.predict import Active
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]
 
-# Family-wise level of the tests, over every site and start of the catalogue (Bonferroni, the first step of Holm).
-LEVEL = 1e-3
 # Effects at once that a recording of a few hundred poses can hold apart.
 _MOST_EFFECTS = 3
 # A cause must explain this share of what is left. Of several causes the first may be one among equals; what a further
@@ -46,6 +45,8 @@ _SOME_POSES = 0.1
 _CLEARLY_QUIETER = 0.85
 # An effect that leaves less than this share of the excess explains points that look like gross errors, too.
 _FEW_LEFT = 0.2
+# Candidates whose deviance differs by less explain the data alike: a fixed number of parameters more or less.
+_ALIKE = 4.0
 # Repairs of one model at most.
 _REPAIRS = 3
 # Points beyond this many standard deviations of what the geometry leaves do not pull on it.
@@ -93,6 +94,7 @@ def search(
 ) -> Explanation:
     """Explain the rows (N,) of a recording."""
     counts = np.isfinite(problem.observed).all(axis=-1) & rows[:, None]
+    noise = None if noise is None else max(noise, problem.grain_std)
     geometric, problem = robust_geometry(problem, counts, noise)
     sigma = noise if noise is not None else estimate_noise(problem, _counted(geometric.residual, counts))
     raw = Data(problem, counts, sigma, declared=noise is not None)
@@ -109,9 +111,10 @@ def search(
             raw, data = replace(raw, noise=quieter), replace(data, noise=quieter)
             base = fit(data, base.g, base.effects)
             continue
-        if not considered or not _accepted(data, base, considered[0], geometric.g):
+        chosen = _best_accepted(data, base, considered, geometric.g)
+        if chosen is None:
             break
-        model = rescanned(data, considered[0].fit)
+        model = rescanned(data, chosen.fit)
         repaired, data, base = _repaired_again(raw, repair(raw, model), model)
     base, equivalents = settle(data, base, progress)
     needed = _needed(data, base)
@@ -189,19 +192,24 @@ def p_value_of(data: Data, without: Fit, candidate: Candidate) -> float:
     """
     free = degrees_of_freedom(data, candidate.fit)
     left = float(candidate.fit.misfit.sum()) / free
-    if data.declared:
-        left = max(left, 1.0)
+    left = max(left, 1.0 if data.declared else (data.problem.grain_std / data.noise) ** 2)
     gain = max(without.deviance - candidate.score, 0.0) / max(left, 1e-12)
     parameters = candidate.active.effect.parameters(data.problem.context, candidate.active.site)
-    tries = len(candidate_sites(data)) + 1
+    tries = len(candidate_sites(data, without.effects)) + 1
     smooth = max(sum(not p.scanned for p in parameters), 1)
     return float(min(1.0, tries * stats.f.sf(gain / smooth, smooth, free)))
+
+
+def _best_accepted(data: Data, base: Fit, ranked: list[Candidate], g: Array) -> Candidate | None:
+    """Return the best candidate, or where that fails its test one that is as good as it and passes."""
+    alike = (candidate for candidate in ranked if candidate.score < ranked[0].score + _ALIKE)
+    return next((candidate for candidate in alike if _accepted(data, base, candidate, g)), None)
 
 
 def _accepted(data: Data, base: Fit, candidate: Candidate, g: Array) -> bool:
     """Whether a candidate explains the data significantly, and a real share of what is left."""
     gain = float(base.misfit.sum() - candidate.fit.misfit.sum())
-    if p_value_of(data, base, candidate) >= LEVEL:
+    if p_value_of(data, base, candidate) >= LEVEL or of_the_grain(data, base):
         return False
     if not base.effects:
         return gain > _FIRST_SHARE * excess_of(data, base)

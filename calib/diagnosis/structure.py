@@ -17,8 +17,6 @@ Array = NDArray[np.float64]
 _LEVEL = 1e-3
 # A trend that carries less than this share of the remainder's variance is no structure worth naming.
 _LEAST_SHARE = 0.02
-# A remainder this many times the noise's variance is no noise, whatever it follows.
-LOUD = 1.5
 # One flipped step of a threshold effect outweighs a hundred poses, so the worst poses do not count in what is typical.
 _WORST_POSES = 0.05
 

@@ -16,6 +16,8 @@ from armtwin.models.kinematics import complex_links
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
+# Moves below this are no moves: a command repeated.
+STILL_RAD = 1e-6
 # Where a recording names no masses: a printed link with its hobby servo weighs about this much.
 TYPICAL_LINK_MASS_KG = 0.045
 TYPICAL_TIP_MASS_KG = 0.02
@@ -113,6 +115,13 @@ class Context:
             payload_kg=np.append(self.payload_kg, np.zeros(n) if payload_kg is None else payload_kg),
             temperature_c=None if warm is None else np.append(warm, np.full(n, warm[-1])),
         )
+
+    @cached_property
+    def turns_back(self) -> bool:
+        """Whether some joint ever turns back, or none moves at all."""
+        moves = np.diff(self.q_cmd, axis=0)
+        ways = [np.unique(np.sign(way[np.abs(way) > STILL_RAD])) for way in moves.T]
+        return any(len(way) > 1 for way in ways) or not any(len(way) for way in ways)
 
     @cached_property
     def has_gravity(self) -> bool:

@@ -146,6 +146,9 @@ class Effect:
             by name.
         screen: starts that the residual of the joint angles suggests, where a grid would be too coarse or too long.
         find: for an effect of single samples, which is found in the residuals instead of fitted.
+        needs_return: what it does follows the order of poses or the side they are approached from, so that where no
+            joint ever turns back it is one with a joint's zero, gain or curve.
+        in_time: it takes time; of causes that tie it is not named first where no time was recorded.
 
     """
 
@@ -165,6 +168,8 @@ class Effect:
     physical: Callable[[Context, Array], dict[str, Any]] | None = None
     screen: Callable[[Context, Site, Evidence], Iterable[Array]] | None = None
     find: Find | None = None
+    needs_return: bool = False
+    in_time: bool = False
 
     def inject(
         self, world: Any, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None

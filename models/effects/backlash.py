@@ -127,4 +127,5 @@ EFFECT = Effect(
     confused_with=("hysteresis", "dead_band", "settling_lag"),
     experiment="fine steps of this joint round a reversal, approached from both sides",
     plans=("reversal",),
+    needs_return=True,
 )

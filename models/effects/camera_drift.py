@@ -86,4 +86,6 @@ EFFECT = Effect(
     experiment="one pose repeated now and then over a long time; marker A tells the camera from the arm",
     applies=needs_camera,
     plans=("repeat_pose",),
+    needs_return=True,
+    in_time=True,
 )

@@ -77,4 +77,5 @@ EFFECT = Effect(
     experiment="the poses of the beginning once more; marker A, which never moves, tells the camera from the arm",
     applies=needs_camera,
     plans=("repeat_pose",),
+    needs_return=True,
 )

@@ -60,4 +60,5 @@ EFFECT = Effect(
     confused_with=("settling_lag",),
     experiment="single large steps between rests: which picture shows the step",
     plans=("growing_steps",),
+    needs_return=True,
 )

@@ -124,4 +124,5 @@ EFFECT = Effect(
     confused_with=("backlash", "quantization", "missed_command"),
     experiment="steps of this joint that grow from far below to far above the threshold, in both directions",
     plans=("reversal", "growing_steps"),
+    needs_return=True,
 )

@@ -136,4 +136,5 @@ EFFECT = Effect(
     experiment="fine steps of this joint round a reversal: play keeps still, then follows one to one; friction bends",
     plans=("reversal",),
     physical=physical,
+    needs_return=True,
 )

@@ -68,4 +68,5 @@ EFFECT = Effect(
     confused_with=("thermal_drift", "camera_moved"),
     experiment="the poses of the beginning once more",
     plans=("repeat_pose",),
+    needs_return=True,
 )

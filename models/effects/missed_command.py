@@ -97,4 +97,5 @@ EFFECT = Effect(
     plans=("growing_steps",),
     physical=physical,
     find=find,
+    needs_return=True,
 )

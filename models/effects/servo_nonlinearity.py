@@ -1,6 +1,10 @@
 """A smooth or periodic error over a joint's angle.
 
-The term is one harmonic of the commanded angle with free frequency; low frequencies stand for smooth errors.
+Known forms: a potentiometer whose track is not linear (smooth, of low order, some per cent of its span), a gear bored
+off its centre and uneven worms or belts (periodic). The term is one harmonic of the commanded angle with free
+frequency; low frequencies stand for smooth errors. Where a joint was seen at few different angles, from which no
+frequency can be told, it is a slope and a curvature instead, so that a wrong gain with a curve is one cause. A dead
+spot of the track in one place would be called unknown.
 """
 
 from __future__ import annotations
@@ -27,18 +31,32 @@ _MOST_ECCENTRIC = 0.95
 _CYCLES = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0, 18.0, 22.0, 26.0, 30.0, 36.0)
 
 
+# With fewer different angles a harmonic of free frequency passes through anything.
+_FEW_ANGLES = 12
+# Parameters of a potentiometer's track, for the term of few angles and for the injector.
+_TRACK = ("slope", "curvature_per_rad")
+# Pieces of the track that the simulated bench is wound of, over a servo's travel.
+_PIECES = 2001
+
+
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
     """Angles with an error of sine and cosine of `cycles_per_turn` times the joint's angle."""
-    sine, cosine, cycles = values
     assert site.joint is not None
     joint = site.joint - 1
     out = q.copy()
+    if len(values) == len(_TRACK):
+        slope, curvature = values
+        out[:, joint] += slope * q[:, joint] + 0.5 * curvature * q[:, joint] ** 2
+        return out
+    sine, cosine, cycles = values
     out[:, joint] += sine * np.sin(cycles * q[:, joint]) + cosine * np.cos(cycles * q[:, joint])
     return out
 
 
 def physical(context: Context, values: Array) -> dict[str, Any]:
     """Return amplitude, frequency and phase, as the simulated bench takes them: at most what a gear can make."""
+    if len(values) == len(_TRACK):
+        return {name: float(value) for name, value in zip(_TRACK, values, strict=True)}
     sine, cosine, cycles = values
     return {
         "amplitude_rad": min(float(np.hypot(sine, cosine)), _MOST_ECCENTRIC / float(cycles)),
@@ -48,6 +66,8 @@ def physical(context: Context, values: Array) -> dict[str, Any]:
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    if _few_angles(context, site):
+        return (Parameter("slope", (-0.5, 0.5), 0.3), Parameter("curvature_per_rad", (-0.5, 0.5), 0.3))
     return (
         Parameter("sine_rad", (-0.2, 0.2), 0.03),
         Parameter("cosine_rad", (-0.2, 0.2), 0.03),
@@ -55,8 +75,25 @@ def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
     )
 
 
+def _few_angles(context: Context, site: Site) -> bool:
+    assert site.joint is not None
+    return len(np.unique(context.q_cmd[:, site.joint - 1])) < _FEW_ANGLES
+
+
+def _supported_cycles(context: Context, site: Site) -> list[float]:
+    """Return the frequencies that the angles of the joint lie near enough together to tell: four to a cycle."""
+    assert site.joint is not None
+    gaps = np.diff(np.unique(context.q_cmd[:, site.joint - 1]))
+    most = 2.0 * np.pi / (4.0 * float(np.quantile(gaps, 0.75)))
+    return [cycles for cycles in _CYCLES if cycles <= max(most, _CYCLES[0])]
+
+
 def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
-    return [] if around is not None else [np.array([0.0, 0.0, cycles]) for cycles in _CYCLES]
+    if around is not None:
+        return []
+    if _few_angles(context, site):
+        return [np.zeros(len(_TRACK))]
+    return [np.array([0.0, 0.0, cycles]) for cycles in _supported_cycles(context, site)]
 
 
 # --- how the simulated bench makes it ---
@@ -71,6 +108,13 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     would lie outside the gear.
     """
     index = joint_index(world, joint)
+    if any(name in parameters for name in _TRACK):
+        return _with_track(world, index, *(float(parameters.get(name, 0.0)) for name in _TRACK))
+    for name in ("amplitude_rad", "cycles_per_turn"):
+        if name not in parameters:
+            raise InputError(
+                f"servo_nonlinearity: key '{name}' is missing, or else slope or curvature_per_rad of a track"
+            )
     cycles, phase = float(parameters["cycles_per_turn"]), float(parameters["phase_rad"])
     eccentricity = cycles * float(parameters["amplitude_rad"])  # of the bore, in radii of the gear
     if eccentricity > _MOST_ECCENTRIC * (1.0 + 1e-9):
@@ -93,6 +137,29 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     return world.with_electronics(gear)
 
 
+def _with_track(world: World, index: int, slope: float, curvature: float) -> World:
+    """Wind a potentiometer unevenly: the board turns until the wiper's voltage matches the pulse.
+
+    A stretch of the track that has less resistance than its share makes the servo turn farther for the same voltage.
+    """
+    scale = np.linspace(-world.servo.travel_rad, world.servo.travel_rad, _PIECES)
+    turned_per_volt = 1.0 + slope + curvature * 0.5 * (scale[1:] + scale[:-1])
+    if (turned_per_volt <= 0).any():
+        raise InputError("servo_nonlinearity: no track turns back; slope and curvature_per_rad are too large together")
+    angle = np.concatenate([[0.0], np.cumsum(turned_per_volt * np.diff(scale))])
+    angle -= np.interp(0.0, scale, angle)
+
+    def board() -> Electronics:
+        def receive(command: Command) -> NDArray[np.float64]:
+            q = command.q.copy()
+            q[index] = np.interp(q[index], scale, angle)
+            return q
+
+        return receive
+
+    return world.with_electronics(board)
+
+
 EFFECT = Effect(
     name="servo_nonlinearity",
     summary="a smooth or periodic error over a joint's angle",
@@ -103,9 +170,11 @@ EFFECT = Effect(
     starts=_starts,
     injector=inject,
     injected=(
-        Injected("amplitude_rad", (0.0, 0.5)),
-        Injected("cycles_per_turn", (0.1, 200.0)),
+        Injected("amplitude_rad", (0.0, 0.5), optional=True),
+        Injected("cycles_per_turn", (0.1, 200.0), optional=True),
         Injected("phase_rad", (-2.0 * math.pi, 2.0 * math.pi), 0.0),
+        Injected("slope", (-0.9, 0.9), optional=True),
+        Injected("curvature_per_rad", (-0.5, 0.5), optional=True),
     ),
     confused_with=("servo_gain", "quantization", "gravity_sag"),
     experiment="this joint swept over its whole range in fine steps",

@@ -122,4 +122,6 @@ EFFECT = Effect(
     experiment="large and small steps to the same pose, and the same steps with a longer wait",
     plans=("growing_steps",),
     physical=physical,
+    needs_return=True,
+    in_time=True,
 )

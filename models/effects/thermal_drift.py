@@ -92,4 +92,6 @@ EFFECT = Effect(
     confused_with=("camera_drift", "joint_slip"),
     experiment="one pose repeated now and then over a long time",
     plans=("repeat_pose",),
+    needs_return=True,
+    in_time=True,
 )

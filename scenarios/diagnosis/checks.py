@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from armtwin.calib.diagnosis.grain import Grain, reading_grains
 from armtwin.calib.diagnosis.lattice import Lattice, command_lattices
 from armtwin.models.errors import RecordingError
 from armtwin.models.recordings.recording import Recording
@@ -20,8 +21,8 @@ _STILL_RAD = 1e-6
 def check_recording(recording: Recording) -> None:
     """Raise `RecordingError` where nothing, or nothing but by chance, can be told.
 
-    Too few poses, nothing seen, a reading or a clock that is stuck while the arm moves, no joint that ever turns back.
-    A command that never changes is none of these: an arm may well be looked at one joint at a time (`notes_on`).
+    Too few poses, nothing seen, a reading or a clock that is stuck while the arm moves. A command that never changes,
+    or a joint that never turns back, is none of these: other things can be told of it (`notes_on`).
     """
     arm = recording.arm
     missing = _LEAST_POSES - len(recording)
@@ -31,7 +32,6 @@ def check_recording(recording: Recording) -> None:
             f"{missing} poses"
         )
     _refuse_stuck_clock(recording)
-    _refuse_one_sided(recording)
     moving = np.ptp(recording.q_cmd, axis=0) > _STILL_RAD
     if not recording.markers_px:
         assert recording.q_meas is not None
@@ -77,24 +77,6 @@ def _refuse_stuck_clock(recording: Recording) -> None:
         )
 
 
-def _refuse_one_sided(recording: Recording) -> None:
-    """Refuse commands of which none ever turns back.
-
-    Each cause then follows the order, the time and the angle alike: play is a joint's zero, friction that builds up a
-    servo's nonlinearity, creep a gain. Whatever would be named could be any of them. Where some joint turns back the
-    others' errors differ from its own, so `notes_on` only says what cannot be told of them.
-    """
-    turns = _turns(recording)
-    moving = {joint: signs for joint, signs in enumerate(turns, start=1) if len(signs)}
-    if moving and all(len(signs) == 1 for signs in moving.values()):
-        ways = ", ".join(f"theta{joint}_cmd_rad only {_way(signs)}" for joint, signs in moving.items())
-        raise RecordingError(
-            f"samples.csv: no joint ever turns back ({ways}), so every pose is approached from one side, and backlash "
-            "or hysteresis cannot be told from a joint's zero or gain; add the same poses in reverse order, from line "
-            f"{len(recording) + 1} back to line 2"
-        )
-
-
 def _way(signs: Array) -> str:
     return "grows" if signs[0] > 0 else "falls"
 
@@ -114,19 +96,46 @@ def _constant(recording: Recording) -> list[str]:
 
 
 def _one_sided(recording: Recording) -> list[str]:
-    """Joints that always turn the same way: play and friction only shift their zero."""
-    joints = [str(joint) for joint, signs in enumerate(_turns(recording), start=1) if len(signs) == 1]
-    if not joints:
+    """Joints that always turn the same way: play and friction only shift their zero.
+
+    Where no joint turns back, what grows with the order of poses is one with what grows with the angle, too.
+    """
+    ways = {joint: signs for joint, signs in enumerate(_turns(recording), start=1) if len(signs)}
+    one_way = {joint: signs for joint, signs in ways.items() if len(signs) == 1}
+    if not one_way:
         return []
+    joints = ", ".join(map(str, one_way))
+    if len(one_way) < len(ways):
+        return [
+            f"joint {joints}: every pose is approached from the same side; backlash and hysteresis there cannot be "
+            "told from the joint's zero: add the same poses approached from the other side"
+        ]
+    swept = ", ".join(f"theta{joint}_cmd_rad only {_way(signs)}" for joint, signs in one_way.items())
     return [
-        f"joint {', '.join(joints)}: every pose is approached from the same side; backlash and hysteresis there cannot "
-        "be told from the joint's zero: add the same poses approached from the other side"
+        f"no joint ever turns back ({swept}): backlash and hysteresis are one with a joint's zero, and what creeps or "
+        "jumps with the order of poses is one with its gain and curve; neither was looked for: add the same poses in "
+        "reverse order"
     ]
 
 
 def _coarse(recording: Recording) -> list[str]:
     reach = float(recording.arm.link_lengths_mm.sum())
-    return [lattice_note(lattice, reach) for lattice in command_lattices(recording.q_cmd)]
+    commands = [lattice_note(lattice, reach) for lattice in command_lattices(recording.q_cmd)]
+    return [*commands, *(grain_note(grain, reach) for grain in reading_grains(recording))]
+
+
+def grain_note(grain: Grain, reach_mm: float) -> str:
+    """Return what the steps of readings mean, with their error at the tip of an arm of `reach_mm`."""
+    if grain.channel == "pixels":
+        return (
+            f"the pixels are rounded to steps of {grain.step:g} px, which alone is noise of {grain.std:.2g} px a "
+            "coordinate; write them with four decimals"
+        )
+    return (
+        f"{grain.channel}: the measured angles lie on steps of {np.degrees(grain.step):.3g} deg, the grain of the "
+        f"reading: no noise below {np.degrees(grain.std):.2g} deg ({grain.std * reach_mm:.2g} mm at the tip) is "
+        "believed, and what only these steps explain is not the arm's"
+    )
 
 
 def lattice_note(lattice: Lattice, reach_mm: float) -> str:

@@ -53,15 +53,15 @@ def test_a_clock_that_stands_still_is_refused() -> None:
         check_recording(replace(wandering(), time_s=np.full(N, 12.0)))
 
 
-def test_a_recording_in_which_no_joint_turns_back_is_refused_with_the_poses_to_add() -> None:
+def test_where_no_joint_turns_back_it_is_said_what_cannot_be_told() -> None:
     rich = wandering()
     q = np.sort(rich.q_cmd, axis=0)
     q[:, 1] *= -1.0
-    with pytest.raises(RecordingError) as refused:
-        check_recording(replace(rich, q_cmd=q))
-    said = str(refused.value)
-    assert "no joint ever turns back (theta1_cmd_rad only grows, theta2_cmd_rad only falls)" in said
-    assert "add the same poses in reverse order, from line 41 back to line 2" in said
+    check_recording(replace(rich, q_cmd=q))
+    (note,) = notes_on(replace(rich, q_cmd=q))
+    assert "no joint ever turns back (theta1_cmd_rad only grows, theta2_cmd_rad only falls)" in note
+    assert "backlash and hysteresis are one with a joint's zero" in note
+    assert "add the same poses in reverse order" in note
 
 
 def test_the_same_poses_there_and_back_are_enough() -> None:
@@ -72,8 +72,7 @@ def test_the_same_poses_there_and_back_are_enough() -> None:
 def test_a_joint_that_rests_turns_neither_way() -> None:
     q = np.sort(wandering().q_cmd, axis=0)
     q[:, 1] = 0.3
-    with pytest.raises(RecordingError, match=r"no joint ever turns back \(theta1_cmd_rad only grows\)"):
-        check_recording(recording(q))
+    assert any("no joint ever turns back (theta1_cmd_rad only grows)" in note for note in notes_on(recording(q)))
 
 
 def test_commands_read_in_whole_degrees_are_said_to_be_with_the_error_that_makes() -> None:
