@@ -1,9 +1,10 @@
-"""Diagnose, run the proposed experiment on the simulated bench, diagnose again, until nothing more can be told."""
+"""Diagnose, run the proposed experiment on the bench, diagnose again, until nothing more can be told."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.random import Generator
@@ -11,13 +12,17 @@ from numpy.random import Generator
 from armtwin.calib.diagnosis.diagnosis import Diagnosis, diagnose
 from armtwin.calib.diagnosis.experiment import Experiment, propose
 from armtwin.calib.diagnosis.holdout import held_out_rows
+from armtwin.models.bench import Bench
 from armtwin.models.errors import InputError
 from armtwin.models.kinematics import inverse
-from armtwin.models.plan import Plan, plan_of
+from armtwin.models.plan import Plan, paper_plan, plan_of
 from armtwin.models.recordings.recording import Recording, make_samples
 from armtwin.models.world import World
+from armtwin.scenarios.benches.door import open_bench
+from armtwin.scenarios.benches.experiments import check_same_bench, followed_by, recorded_on
+from armtwin.scenarios.benches.spec import BenchSpec, SimulatedSpec
 from armtwin.scenarios.runner.world import build_world, declared_arm
-from armtwin.scenarios.scenario import ScenarioFile, read_scenario
+from armtwin.scenarios.scenario import ScenarioFile
 from armtwin.sim.observe import make_recording, pixels_of
 from armtwin.sim.physics.simulation import default_clock, simulate
 
@@ -25,6 +30,8 @@ from armtwin.sim.physics.simulation import default_clock, simulate
 _NOISE_PX = 0.06
 # Each round takes a diagnosis; causes that three experiments have not parted will hardly be parted by a fourth.
 MOST_ROUNDS = 4
+# The paper validates on its line (section 4).
+PAPER_VALIDATION = "line"
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,15 +43,18 @@ class Round:
     experiment: Experiment | None
 
 
+# Runs a plan on the bench on which a recording was made, as round so many, and returns the recording with it appended.
+Experimenter = Callable[[Recording, Plan, int], Recording]
+
+
 def close_loop(
-    world: World,
+    run: Experimenter,
     recording: Recording,
     *,
-    seed: int = 0,
     most_rounds: int = MOST_ROUNDS,
     tell: Callable[[str], None] = lambda _: None,
 ) -> list[Round]:
-    """Diagnose and experiment by turns on the bench `world`, on which `recording` was made; the last round decides.
+    """Diagnose and experiment by turns on the bench on which `recording` was made; the last round decides.
 
     Ends where nothing ties, where no plan that the bench can run alone would tell more, or after `most_rounds`.
     """
@@ -58,7 +68,22 @@ def close_loop(
         if experiment is None or not experiment.appends or len(rounds) == most_rounds:
             return rounds
         tell(f"round {len(rounds)}: running {experiment.trajectory}, {len(experiment.plan)} poses")
-        recording = go_on(world, recording, experiment.plan, np.random.default_rng([seed, len(rounds)]))
+        recording = run(recording, experiment.plan, len(rounds))
+
+
+def on_world(world: World, seed: int = 0) -> Experimenter:
+    """Return what runs plans in a simulated world, without pictures."""
+    return lambda recording, plan, number: go_on(world, recording, plan, np.random.default_rng([seed, number]))
+
+
+def on_bench(bench: Bench, out: Path) -> Experimenter:
+    """Return what runs plans on a connected bench, each recorded in a folder of its own below `out`."""
+
+    def run(recording: Recording, plan: Plan, number: int) -> Recording:
+        more = recorded_on(bench, plan, out / f"round-{number}", recording.q_cmd[-1])
+        return followed_by(recording, more)
+
+    return run
 
 
 def record_scenario(scenario: ScenarioFile) -> tuple[World, Recording]:
@@ -71,18 +96,31 @@ def record_scenario(scenario: ScenarioFile) -> tuple[World, Recording]:
 
 
 def close_loop_on(
-    scenario: str, recording: Recording | None = None, tell: Callable[[str], None] = lambda _: None
+    bench: BenchSpec, recording: Recording | None, out: Path, tell: Callable[[str], None] = lambda _: None
 ) -> list[Round]:
-    """Close the loop on the bench of a scenario, from `recording` or, where that is None, its own trajectories.
+    """Close the loop on a bench, from `recording` or, where that is None, a scenario's trajectories or the paper's.
 
-    Raises `InputError` for a scenario that cannot be read or built.
+    A simulated bench makes the markers' pixels without pictures; any other is opened, and what it records is kept below
+    `out`. Raises `InputError` for a recording that was not made on it, and what the bench raises.
     """
-    wanted = read_scenario(scenario)
+    if isinstance(bench, SimulatedSpec):
+        scenario = bench.scenario
+        if recording is None:
+            tell("recording the scenario's trajectories")
+            recording = record_scenario(scenario)[1]
+        return close_loop(on_world(build_world(scenario), scenario.seed), recording, tell=tell)
+    opened = open_bench(bench)
     if recording is not None:
-        return close_loop(build_world(wanted), recording, seed=wanted.seed, tell=tell)
-    tell("recording the scenario's trajectories")
-    world, first = record_scenario(wanted)
-    return close_loop(world, first, seed=wanted.seed, tell=tell)
+        check_same_bench(opened, recording)
+    with opened:
+        if recording is None:
+            tell("recording the paper's trajectories")
+            plan = paper_plan(opened.description.arm)
+            recording = replace(recorded_on(opened, plan, out / "first"), held_out=(PAPER_VALIDATION,))
+        else:
+            tell("going to where the recording ended")
+            opened.move(recording.q_cmd[-1])
+        return close_loop(on_bench(opened, out), recording, tell=tell)
 
 
 def described(one: Round) -> str:

@@ -17,13 +17,12 @@ from armtwin.models.errors import InputError, JobError
 from armtwin.models.plan import Plan
 from armtwin.scenarios.benches.door import open_bench
 from armtwin.scenarios.benches.spec import KINDS, bench_spec
+from armtwin.scenarios.closed_loop import PAPER_VALIDATION
 from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c
 from armtwin.scenarios.commands.outputs import check_out_folder
 from armtwin.scenarios.emulated_bench import MAX_SPEED, MIN_SPEED
 from armtwin.scenarios.plans import load_plan
 
-# The paper validates on its line (section 4).
-_PAPER_HELD_OUT = ("line",)
 _UNHEARD = "the board does not answer and detaches the servos itself, two seconds after it last heard the program"
 
 
@@ -95,7 +94,7 @@ def _run(bench: Bench, recording: CaptureFolder) -> None:
 
 def _held_out(plan: Plan, plan_name: str, hold_out: list[str] | None) -> tuple[str, ...]:
     if hold_out is None:
-        return _PAPER_HELD_OUT if plan_name == "paper" else ()
+        return (PAPER_VALIDATION,) if plan_name == "paper" else ()
     names = {str(name) for name in plan.trajectory}
     for name in hold_out:
         if name not in names:

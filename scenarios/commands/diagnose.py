@@ -12,7 +12,9 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from armtwin.models.catalogue.registry import register_file
 from armtwin.models.errors import InputError
 from armtwin.models.recordings.writer import write_recording
+from armtwin.scenarios.benches.spec import KINDS, bench_spec
 from armtwin.scenarios.closed_loop import close_loop_on, described
+from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c
 from armtwin.scenarios.commands.outputs import check_out_folder
 from armtwin.scenarios.diagnosis.measured import measured
 from armtwin.scenarios.diagnosis.summary import print_summary
@@ -32,10 +34,12 @@ def diagnose_command(
         str | None,
         typer.Option(
             "--bench",
-            metavar="SCENARIO",
-            help="Run the proposed experiments on this scenario's simulated bench, until nothing more can be told; "
-            "without RECORDING the scenario's own trajectories come first.",
+            help="Run the proposed experiments on this bench, until nothing more can be told; without RECORDING the "
+            f"scenario's trajectories, or the paper's, come first. The bench: {KINDS}.",
         ),
+    ] = None,
+    token: Annotated[
+        str | None, typer.Option("--token", envvar="ARMTWIN_TOKEN", help="What a served bench asks for.")
     ] = None,
     effects: Annotated[
         list[Path] | None,
@@ -46,26 +50,31 @@ def diagnose_command(
 
     Writes diagnosis.json (verdict, causes with intervals, gain), report.html (one file that opens offline) and
     twin.toml (the extended twin, from which the simulated bench is rebuilt); where causes tie also
-    next_experiment.csv, the poses that tell them apart. With --bench also recording/, the experiments' poses included.
+    next_experiment.csv, the poses that tell them apart. With --bench also recording/, the experiments' poses included,
+    and experiments/, what a bench with a camera recorded.
 
     Example: armtwin diagnose recordings/circles --out diagnosed
     """
     check_out_folder(out)
+    where = None if bench is None else bench_spec(bench, token=token)
     for path in effects or ():
         register_file(path)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     screen = Console(stderr=True)
-    with Progress(*columns, console=screen, transient=True, disable=not screen.is_terminal) as progress:
+    with (
+        ended_as_by_ctrl_c(),
+        Progress(*columns, console=screen, transient=True, disable=not screen.is_terminal) as progress,
+    ):
         bar = progress.add_task("reading the recording", total=None)
 
         def tell(what: str) -> None:
             progress.update(bar, description=what)
 
         data = None if recording is None else measured(recording, tell)
-        rounds = [] if bench is None else close_loop_on(bench, data, tell)
+        rounds = [] if where is None else close_loop_on(where, data, out / "experiments", tell)
         data = rounds[-1].recording if rounds else data
         if data is None:
-            raise InputError("RECORDING is missing; give a recording's folder, or --bench SCENARIO")
+            raise InputError("RECORDING is missing; give a recording's folder, or --bench BENCH")
         story = story_of(data, tell)
         tell("writing the report")
         write_story(out, bench or "" if recording is None else recording.resolve().name, story)

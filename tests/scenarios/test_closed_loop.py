@@ -7,13 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armtwin.models.errors import InputError
 from armtwin.models.kinematics import Deviation
 from armtwin.models.plan import Plan, plan_of
 from armtwin.models.recordings.recording import Recording
 from armtwin.models.world import World
 from armtwin.scenarios.cli import main
-from armtwin.scenarios.closed_loop import Round, close_loop, close_loop_on, described, go_on, record_scenario
+from armtwin.scenarios.closed_loop import Round, close_loop, described, go_on, on_world, record_scenario
 from armtwin.scenarios.scenario import read_scenario
 from armtwin.sim.observe import make_recording
 from armtwin.sim.physics.simulation import default_clock
@@ -42,7 +41,7 @@ def test_play_and_hysteresis_that_tie_on_one_reversal_are_told_apart() -> None:
     q = scattered(60, 5)
     q[:, 1] = np.concatenate([np.linspace(-0.3, 0.4, 30), np.linspace(0.4, -0.3, 30)])
     world = with_effect(upright_world(DEVIATION), "backlash", {"width_rad": 0.012}, joint=2)
-    rounds = close_loop(world, recorded(world, plan(q), 0.1))
+    rounds = close_loop(on_world(world), recorded(world, plan(q), 0.1))
     assert said(rounds, 0) == {"backlash", "hysteresis"}
     assert said(rounds, -1) == {"backlash"}
     assert rounds[-1].experiment is None
@@ -51,7 +50,7 @@ def test_play_and_hysteresis_that_tie_on_one_reversal_are_told_apart() -> None:
 def test_weight_that_ties_on_few_poses_is_told_by_a_known_mass() -> None:
     springs = {f"compliance{joint}_rad_per_nm": 0.03 for joint in (1, 2, 3)}
     world = with_effect(upright_world(DEVIATION), "payload", {"mass_kg": 0.05, "from_sample": 0, **springs})
-    rounds = close_loop(world, recorded(world, plan(scattered(40, 1)), 0.2))
+    rounds = close_loop(on_world(world), recorded(world, plan(scattered(40, 1)), 0.2))
     assert said(rounds, 0) >= {"gravity_sag", "payload"}
     assert rounds[0].experiment is not None
     assert rounds[0].experiment.plan.payload_kg.any()
@@ -60,7 +59,7 @@ def test_weight_that_ties_on_few_poses_is_told_by_a_known_mass() -> None:
 
 def test_the_loop_ends_at_once_where_nothing_is_wrong() -> None:
     world = upright_world(DEVIATION)
-    rounds = close_loop(world, recorded(world, plan(scattered(60, 5)), 0.1))
+    rounds = close_loop(on_world(world), recorded(world, plan(scattered(60, 5)), 0.1))
     assert [one.diagnosis.verdict for one in rounds] == ["none"]
 
 
@@ -68,7 +67,7 @@ def test_the_loop_is_bounded() -> None:
     world = with_effect(upright_world(DEVIATION), "backlash", {"width_rad": 0.012}, joint=2)
     q = scattered(60, 5)
     q[:, 1] = np.concatenate([np.linspace(-0.3, 0.4, 30), np.linspace(0.4, -0.3, 30)])
-    assert len(close_loop(world, recorded(world, plan(q), 0.1), most_rounds=1)) == 1
+    assert len(close_loop(on_world(world), recorded(world, plan(q), 0.1), most_rounds=1)) == 1
 
 
 def test_what_was_recorded_stays_as_it_is_when_the_bench_goes_on() -> None:
@@ -107,7 +106,7 @@ def test_a_new_trajectory_is_never_the_one_that_is_held_out() -> None:
     whole = plan(q)
     rng = np.random.default_rng(5)
     undeclared = make_recording(world, whole.q_cmd, whole.trajectory, None, rng, 0.1)
-    rounds = close_loop(world, undeclared, most_rounds=2)
+    rounds = close_loop(on_world(world), undeclared, most_rounds=2)
     assert {one.diagnosis.held_out.trajectories for one in rounds} == {("d",)}
 
 
@@ -121,13 +120,8 @@ def test_a_scenario_is_recorded_on_its_own_bench() -> None:
 
 def test_a_round_is_told_in_a_line() -> None:
     world = upright_world(DEVIATION)
-    (one,) = close_loop(world, recorded(world, plan(scattered(60, 5)), 0.1))
+    (one,) = close_loop(on_world(world), recorded(world, plan(scattered(60, 5)), 0.1))
     assert described(one) == "60 poses: none"
-
-
-def test_an_unknown_scenario_is_refused() -> None:
-    with pytest.raises(InputError, match=r"papper.*paper"):
-        close_loop_on("papper")
 
 
 def test_neither_recording_nor_bench_is_refused_in_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -135,5 +129,5 @@ def test_neither_recording_nor_bench_is_refused_in_one_line(tmp_path: Path, caps
         main(["diagnose", "--out", str(tmp_path / "out")])
     assert left.value.code == 2
     assert capsys.readouterr().err.splitlines() == [
-        "armtwin: RECORDING is missing; give a recording's folder, or --bench SCENARIO"
+        "armtwin: RECORDING is missing; give a recording's folder, or --bench BENCH"
     ]

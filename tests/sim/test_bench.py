@@ -1,5 +1,4 @@
 from collections.abc import Iterator
-from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -12,18 +11,10 @@ from armtwin.models.kinematics import Deviation
 from armtwin.models.world import World
 from armtwin.sim.bench import SimulatedBench
 from armtwin.sim.sensor import IDEAL
-from tests.support.worlds import flat_world, with_effect
+from tests.support.worlds import flat_world, small_camera, with_effect
 
 POSE = np.array([0.1, 0.2, -0.3])
 DEVIATION = Deviation(np.array([4.0, -3.0, 2.0, 0.5]), np.array([0.05, -0.03, 0.08]))
-
-
-def small_camera(world: World) -> World:
-    """Return the world seen by a camera of a quarter of the pixels, which is drawn faster."""
-    K = world.camera.K.copy()
-    K[:2] *= 0.5
-    camera = replace(world.camera, image_width=640, image_height=360, K=K)
-    return replace(world, camera=camera, true_camera=camera)
 
 
 def opened(world: World, **options: object) -> SimulatedBench:
