@@ -6,6 +6,10 @@
     print(armtwin.calibrate(recording).deviation)
     print(armtwin.diagnose(recording).verdict)
 
+    twin = armtwin.read_twin("diagnosed/twin.toml")
+    armtwin.export_mjcf(twin, "arm.xml")
+    print(armtwin.correct(twin, "path.csv").after_mm.max())
+
     with armtwin.open_bench("simulated") as bench:
         bench.move(q_cmd_rad)
         frame = bench.capture()
@@ -23,9 +27,25 @@ if TYPE_CHECKING:
     from armtwin.calib.diagnosis.diagnosis import Diagnosis
     from armtwin.models.bench import Bench, BenchDescription, Frame
     from armtwin.models.errors import ArmtwinError, InputError, JobError, RecordingError
+    from armtwin.models.export.held import Held
+    from armtwin.models.plan import Plan
     from armtwin.models.recordings.recording import Recording
-    from armtwin.scenarios.public import calibrate, diagnose, open_bench, read_recording, run
+    from armtwin.models.twin import Twin
+    from armtwin.models.wanted_path import WantedPath
+    from armtwin.scenarios.public import (
+        calibrate,
+        correct,
+        diagnose,
+        export_mjcf,
+        export_urdf,
+        open_bench,
+        read_recording,
+        read_twin,
+        run,
+        simulate,
+    )
     from armtwin.scenarios.report.data import RunData
+    from armtwin.scenarios.twins.correction import Correction
 
 _PLACES = {
     "ArmCalibration": "calib.arm.calibration",
@@ -33,7 +53,13 @@ _PLACES = {
     **dict.fromkeys(("Bench", "BenchDescription", "Frame"), "models.bench"),
     **dict.fromkeys(("ArmtwinError", "InputError", "JobError", "RecordingError"), "models.errors"),
     "Recording": "models.recordings.recording",
-    **dict.fromkeys(("calibrate", "diagnose", "open_bench", "read_recording", "run"), "scenarios.public"),
+    "Held": "models.export.held",
+    "Plan": "models.plan",
+    "Twin": "models.twin",
+    "WantedPath": "models.wanted_path",
+    "Correction": "scenarios.twins.correction",
+    **dict.fromkeys(("calibrate", "diagnose", "open_bench", "read_recording", "read_twin", "run"), "scenarios.public"),
+    **dict.fromkeys(("correct", "export_mjcf", "export_urdf", "simulate"), "scenarios.public"),
     "RunData": "scenarios.report.data",
 }
 
@@ -42,18 +68,28 @@ __all__ = [
     "ArmtwinError",
     "Bench",
     "BenchDescription",
+    "Correction",
     "Diagnosis",
     "Frame",
+    "Held",
     "InputError",
     "JobError",
+    "Plan",
     "Recording",
     "RecordingError",
     "RunData",
+    "Twin",
+    "WantedPath",
     "calibrate",
+    "correct",
     "diagnose",
+    "export_mjcf",
+    "export_urdf",
     "open_bench",
     "read_recording",
+    "read_twin",
     "run",
+    "simulate",
 ]
 
 if not TYPE_CHECKING:  # a type checker would take any name for one of these

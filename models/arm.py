@@ -71,8 +71,15 @@ def nominal_arm() -> Arm:
 
 
 def read_arm(path: Path) -> Arm:
-    """Read an arm file (TOML, `armtwin.arm/1`); raises `InputError`."""
-    return arm_from_table(check(ArmFile, read_toml(path), path.name))
+    """Read an arm file (TOML, `armtwin.arm/1`), or the drawing in a twin's file; raises `InputError`."""
+    table = read_toml(path)
+    if str(table.get("schema")).startswith("armtwin.twin/"):
+        table = {"schema": "armtwin.arm/1", **_table(table.get("arm"))}
+    return arm_from_table(check(ArmFile, table, path.name))
+
+
+def _table(value: object) -> dict[str, object]:
+    return value if isinstance(value, dict) else {}
 
 
 def arm_from_table(arm: ArmTable) -> Arm:

@@ -32,6 +32,8 @@ COMMANDS = {
     "score": "score:score_command",
     "effects": "effects:effects_command",
     "export": "export:export_command",
+    "correct": "correct:correct_command",
+    "simulate": "simulate:simulate_command",
 }
 # What the system says of a path that was given wrongly, rather than of a disk that is full or breaks.
 _WRONG_PATH = {

@@ -10,13 +10,22 @@ from typing import Literal
 from armtwin.calib.arm import algorithm_1, least_squares
 from armtwin.calib.arm.calibration import ArmCalibration
 from armtwin.calib.diagnosis import diagnosis
+from armtwin.models import twin
 from armtwin.models.bench import Bench
+from armtwin.models.export import mjcf, onto_urdf, urdf
+from armtwin.models.export.held import Held
+from armtwin.models.plan import Plan
 from armtwin.models.recordings.recording import Recording
+from armtwin.models.twin import Twin
+from armtwin.models.wanted_path import WantedPath, read_wanted_path
 from armtwin.scenarios.benches import door
 from armtwin.scenarios.benches.spec import bench_spec
 from armtwin.scenarios.diagnosis.measured import measured
+from armtwin.scenarios.plans import load_plan
 from armtwin.scenarios.report.data import RunData
 from armtwin.scenarios.runner.experiment import run_experiment
+from armtwin.scenarios.twins import correction, simulation
+from armtwin.scenarios.twins.correction import Correction
 
 PathLike = str | os.PathLike[str]
 
@@ -58,6 +67,58 @@ def run(scenario: PathLike, out: PathLike, *, workers: Literal[1, 2] = 2, quiet:
     `if __name__ == "__main__":`. Raises `InputError`, or `JobError` where a stage fails.
     """
     return RunData(run_experiment(os.fspath(scenario), Path(out), workers, quiet=quiet).out)
+
+
+def read_twin(path: PathLike) -> Twin:
+    """Read a twin file (`twin.toml`, as `diagnose` writes it from the command line); raises `InputError`."""
+    return twin.read_twin(Path(path))
+
+
+def export_mjcf(twin: Twin, path: PathLike) -> Held:
+    """Write a twin as MJCF that plain MuJoCo loads, and beside it what MJCF cannot hold; return what is held."""
+    return mjcf.export_mjcf(twin, Path(path))
+
+
+def export_urdf(
+    twin: Twin,
+    path: PathLike,
+    *,
+    onto: PathLike | None = None,
+    joints: Sequence[str] | None = None,
+    tip: str | None = None,
+) -> Held:
+    """Write a twin as URDF, or mend the URDF `onto` with it; `joints` and `tip` name parts of that.
+
+    Raises `InputError` for a URDF that is not of this arm.
+    """
+    if onto is None:
+        return urdf.export_urdf(twin, Path(path))
+    return onto_urdf.export_onto_urdf(twin, Path(onto), Path(path), joints, tip)
+
+
+def correct(twin: Twin, plan: PathLike | WantedPath) -> Correction:
+    """Return commands that bring the arm where `plan` wants it: a CSV, or a path made in memory.
+
+    Raises `InputError` for a plan that cannot be read, or of which no point can be reached.
+    """
+    wanted = plan if isinstance(plan, WantedPath) else read_wanted_path(Path(plan), twin.arm)
+    return correction.correct(twin, wanted)
+
+
+def simulate(
+    twin: Twin,
+    plan: PathLike | Plan,
+    *,
+    noise: float | None = None,
+    seed: int = 0,
+    held_out: tuple[str, ...] = (),
+) -> Recording:
+    """Return what a bench that is as the twin says would record of `plan`: `paper`, a CSV, or one made in memory.
+
+    `noise` is in px, or in rad for a twin without camera. Raises `InputError` for a plan that cannot be read.
+    """
+    wanted = plan if isinstance(plan, Plan) else load_plan(os.fspath(plan), twin.arm)
+    return simulation.simulate(twin, wanted, noise=noise, seed=seed, held_out=held_out)
 
 
 def open_bench(

@@ -24,8 +24,10 @@ from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.errors import InputError, UnreachablePoseError, nearest
 from armtwin.models.kinematics import inverse
 from armtwin.models.trajectories import CIRCLE_CENTRE_MM, ORIENTATION_RAD, SAMPLES, circle, line
+from armtwin.models.twin import read_twin
 from armtwin.models.validation import FROM_LIST, Finite, Positive, Strict, check, row
 from armtwin.models.world import ideal_world
+from armtwin.scenarios.twins.as_scenario import scenario_table
 
 Array = NDArray[np.float64]
 
@@ -183,7 +185,7 @@ def builtin_scenarios() -> dict[str, Path]:
 
 
 def read_scenario(name_or_path: str) -> ScenarioFile:
-    """Read a built-in scenario by name, or a file by path; raises `InputError` with file, key and what is wanted."""
+    """Read a built-in scenario by name, or a file by path, maybe a twin's; raises `InputError` with file, key and what is wanted."""
     known = builtin_scenarios()
     path = known.get(name_or_path, Path(name_or_path))
     if not path.is_file():
@@ -195,6 +197,8 @@ def read_scenario(name_or_path: str) -> ScenarioFile:
         data = tomllib.loads(path.read_text("utf-8-sig"))
     except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, a whole number of thousands of digits
         raise InputError(f"{path.name}: not TOML ({error})") from None
+    if str(data.get("schema")).startswith("armtwin.twin/"):
+        data = scenario_table(read_twin(path), path.name)
     return check_scenario(data, path.name)
 
 

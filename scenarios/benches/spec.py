@@ -1,7 +1,7 @@
 """Which bench is meant: one kind, said on the command line or in a bench file.
 
 simulated                   the ideal bench, nothing wrong with it
-geometric, my-scenario.toml a scenario's simulated bench
+geometric, my-scenario.toml a scenario, or a twin.toml's simulated bench
 emulated                    the real firmware on an emulated board, filmed
 bench.toml                  what its key `kind` says, a hardware bench by default
 http://127.0.0.1:8000/      a bench that somebody serves
@@ -27,7 +27,8 @@ SIMULATED, EMULATED = "simulated", "emulated"
 IDEAL_SCENARIO = "ideal"
 KINDS = "'simulated', a scenario, 'emulated', a bench file (TOML), or the address of a served bench (http://...)"
 
-_BENCH_SCHEMA, _SCENARIO_SCHEMA = "armtwin.bench/", "armtwin.scenario/"
+_BENCH_SCHEMA = "armtwin.bench/"
+_SCENARIO_SCHEMAS = ("armtwin.scenario/", "armtwin.twin/")
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +111,7 @@ def _by_word_or_file(said: str, token: str | None) -> BenchSpec:
 def _in_file(path: Path, token: str | None) -> BenchSpec:
     table = read_toml(path)
     schema, kind = str(table.get("schema")), table.get("kind", "hardware")
-    if schema.startswith(_SCENARIO_SCHEMA):
+    if schema.startswith(_SCENARIO_SCHEMAS):
         return SimulatedSpec(read_scenario(str(path)))
     if not schema.startswith(_BENCH_SCHEMA) or kind == "hardware":
         return HardwareSpec(read_bench(path))

@@ -1,0 +1,1 @@
+"""What a twin is used for: a plan run through it, and commands corrected by it."""
