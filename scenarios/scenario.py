@@ -185,7 +185,7 @@ def builtin_scenarios() -> dict[str, Path]:
 
 
 def read_scenario(name_or_path: str) -> ScenarioFile:
-    """Read a built-in scenario by name, or a file by path, maybe a twin's; raises `InputError` with file, key and what is wanted."""
+    """Read a built-in scenario by name, or a scenario or twin file by path; raises `InputError` with file and key."""
     known = builtin_scenarios()
     path = known.get(name_or_path, Path(name_or_path))
     if not path.is_file():
