@@ -15,6 +15,7 @@ from rich.console import Console
 
 from armtwin.models.errors import ArmtwinError, InputError
 from armtwin.scenarios.commands.interrupts import held_back
+from armtwin.scenarios.unwaited import leave
 
 # Command -> module and function under scenarios/commands.
 COMMANDS = {
@@ -88,7 +89,7 @@ def main(arguments: list[str] | None = None) -> None:
         code = 1
     if code == _INTERRUPTED:
         _say("interrupted; the same command goes on from here")
-    sys.exit(code)
+    leave(code)
 
 
 def _command_of(arguments: list[str]) -> str:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from armtwin.calib.camera.corners import Corners
 from armtwin.calib.camera.images import Gray, read_gray
+from armtwin.scenarios.unwaited import start_unwaited
 
 # A megapixel of the worst clutter takes five seconds on a slow core; nobody wants to wait for what takes longer.
 LIMIT_S = 20.0
@@ -71,7 +72,7 @@ def search(
     while waiting or running:
         while waiting and sum(one.is_alive() for one in running) < _AT_A_TIME:
             running.append(_Search(*waiting.pop(0), find))
-            running[-1].start()
+            start_unwaited(running[-1])
         first = running[0]
         first.join(_POLL_S)
         if first.error is not None:
