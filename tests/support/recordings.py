@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.arm import nominal_arm
-from armtwin.models.camera import project
+from armtwin.models.camera import Camera, project
 from armtwin.models.camera_files import nominal_camera
 from armtwin.models.frames import robot_to_board
 from armtwin.models.kinematics import Deviation, marker_positions
@@ -49,13 +49,15 @@ def recording(
     paths: dict[str, Array] | None = None,
     seed: int = 0,
     held_out: tuple[str, ...] = ("wave_3",),
+    camera: Camera | None = None,
 ) -> Recording:
     """Return what a camera sees of an arm whose joints stand at `bend(q_cmd)`; `shift_px` acts on (N, 4, 2) pixels."""
+    camera = camera or nominal_camera()
     arm = replace(nominal_arm(), gravity_m_s2=np.array([0.0, gravity]))
     paths = waves() if paths is None else paths
     q = np.concatenate(list(paths.values()))
     points = marker_positions(arm, bend(q), DEVIATION)
-    pixels = project(nominal_camera(), robot_to_board(points.reshape(-1, 2), BASE_MM)).reshape(points.shape)
+    pixels = project(camera, robot_to_board(points.reshape(-1, 2), BASE_MM)).reshape(points.shape)
     pixels = pixels + np.random.default_rng(seed).normal(0.0, noise_px, pixels.shape)
     pixels = shift_px(pixels)
     return Recording(
@@ -65,7 +67,7 @@ def recording(
         trajectory=np.concatenate([np.full(len(part), name) for name, part in paths.items()]),
         q_cmd=q,
         markers_px={name: pixels[:, "abcf".index(name)] for name in markers},
-        camera=nominal_camera(),
+        camera=camera,
         arm_plane_z_mm=float(BASE_MM[2]),
         pixel_noise_px=noise_px if declare_noise else None,
         held_out=tuple(name for name in held_out if name in paths),

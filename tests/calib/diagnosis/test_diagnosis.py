@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,9 @@ from armtwin.models.camera_files import nominal_camera
 from armtwin.models.errors import RecordingError
 from armtwin.models.frames import robot_to_board
 from armtwin.models.kinematics import marker_positions
+from armtwin.models.lenses import Equidistant
+from armtwin.models.recordings.reader import read_recording
+from armtwin.models.recordings.writer import write_recording
 from tests.support.recordings import BASE_MM, DEVIATION, gain_of, recording, waves
 
 
@@ -32,6 +36,25 @@ def test_a_wrong_gain_is_named_with_its_joint_its_size_and_its_gain_on_unseen_po
     assert cause.p_value < 1e-6
     assert diagnosis.held_out.gain_percent > 80
     assert diagnosis.held_out.gain_ci95_percent[0] < diagnosis.held_out.gain_percent
+
+
+def test_an_arm_seen_through_a_fisheye_is_diagnosed_like_any_other(tmp_path: Path) -> None:
+    fisheye = replace(nominal_camera(), lens=Equidistant(np.array([0.03, 0.01, -0.01, 0.001])))
+    write_recording(tmp_path, recording(gain_of(2, 1.03), camera=fisheye))
+    read = read_recording(tmp_path)
+    assert read.camera is not None
+    assert isinstance(read.camera.lens, Equidistant)
+    (cause,) = diagnose(read).causes
+    assert (cause.active.effect.name, cause.active.site.joint) == ("servo_gain", 2)
+    assert abs(cause.active.values[0] - 1.03) < 3 * cause.std[0]
+
+
+def test_a_fisheye_whose_coefficients_are_off_is_named() -> None:
+    true = Equidistant(np.array([0.03, 0.01, -0.01, 0.001]))
+    made = recording(camera=replace(nominal_camera(), lens=true.changed(np.array([0.15, 0.0, 0.0, 0.0]))))
+    assert made.camera is not None
+    diagnosis = diagnose(replace(made, camera=replace(made.camera, lens=true)))
+    assert "lens_distortion" in [cause.active.effect.name for cause in diagnosis.causes]
 
 
 def test_what_no_effect_explains_is_unknown_and_says_what_it_follows() -> None:
