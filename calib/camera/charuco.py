@@ -19,6 +19,8 @@ Gray = NDArray[np.uint8]
 
 # Fewer corners than this tell too little of a pose beside a lens.
 _LEAST_CORNERS = 8
+# Fewer markers are seen by chance in clutter.
+_LEAST_MARKERS = 4
 # Makers print markers of three quarters of a square where they say nothing else; the corners hardly feel it.
 USUAL_MARKER_SHARE = 0.75
 DICTIONARIES = {
@@ -40,7 +42,6 @@ class CharucoTarget:
     square_mm: float
     dictionary: str
     marker_share: float = USUAL_MARKER_SHARE
-    legacy: bool = False  # boards that OpenCV before 4.6 made begin with a white square
 
     @classmethod
     def parse(cls, text: str, square_mm: float, dictionary: str, marker_mm: float | None = None) -> CharucoTarget:
@@ -79,8 +80,11 @@ class CharucoTarget:
     def find(self, name: str, image: Gray, window_px: int | None = None, thorough: bool = True) -> Corners | None:
         """Find the inner corners that are seen; None where there are fewer than eight."""
         small, scale = reduced(image)
-        found, ids, _, _ = self._detector.detectBoard(small)
-        if ids is None or len(ids) < _LEAST_CORNERS:
+        for legacy in (False, True):
+            found, ids, _, _ = self._detectors[legacy].detectBoard(small)
+            if ids is not None and len(ids) >= _LEAST_CORNERS:
+                break
+        else:
             return None
         ids = np.asarray(ids, dtype=int).ravel()
         corners = (np.asarray(found, dtype=float).reshape(-1, 2) + 0.5) * scale - 0.5
@@ -107,12 +111,33 @@ class CharucoTarget:
         return f"a ChArUco board of {self.columns}x{self.rows} squares ({self.dictionary})"
 
     @cached_property
-    def _detector(self) -> cv2.aruco.CharucoDetector:
+    def _detectors(self) -> dict[bool, cv2.aruco.CharucoDetector]:
+        """Of the pattern, and of the one that OpenCV before 4.6 made of an even number of rows."""
         markers = cv2.aruco.getPredefinedDictionary(DICTIONARIES[self.dictionary])
         size, share = (self.columns, self.rows), self.marker_share
-        board = cv2.aruco.CharucoBoard(size, self.square_mm, share * self.square_mm, markers)
-        board.setLegacyPattern(self.legacy)
-        return cv2.aruco.CharucoDetector(board)
+        detectors = {}
+        for legacy in (False, True):
+            board = cv2.aruco.CharucoBoard(size, self.square_mm, share * self.square_mm, markers)
+            board.setLegacyPattern(legacy)
+            detectors[legacy] = cv2.aruco.CharucoDetector(board)
+        return detectors
+
+
+def dictionary_seen(image: Gray) -> str | None:
+    """Name the smallest dictionary of markers of which a picture shows several; None where it shows none."""
+    small, _ = reduced(image)
+    best = (_LEAST_MARKERS - 1, -1, "")
+    for name, number in DICTIONARIES.items():
+        if not name.endswith("_1000"):
+            continue  # the smaller ones are its first markers
+        detector = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(number))
+        _, ids, _ = detector.detectMarkers(small)
+        if ids is not None and len(ids) > best[0]:
+            best = (len(ids), int(np.max(ids)), name)
+    if not best[2]:
+        return None
+    sizes = [size for size in (50, 100, 250, 1000) if best[1] < size]
+    return f"{best[2].removesuffix('_1000')}_{sizes[0]}"
 
 
 def y_slope_px(points: Array, pixels: Array) -> float:

@@ -7,6 +7,7 @@ by columns, and its older `IntrinsicMatrix` is transposed. Bouguet's toolbox cou
 from __future__ import annotations
 
 import re
+from typing import Any
 
 import numpy as np
 
@@ -17,17 +18,19 @@ from armtwin.models.errors import InputError
 
 _ONE = 1.0  # MATLAB's first pixel
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+# Characters in which the numbers after a name stand: nine in rows, with blanks.
+_LONGEST = 2000
 _MATRIX_NAMES = ("K", "IntrinsicMatrix")
 
 
 def recognises(source: Source) -> bool:
     """Whether MATLAB's or Bouguet's names stand in the text."""
-    return re.search(r"RadialDistortion|^\s*fc\s*=\s*\[", source.text, re.MULTILINE) is not None
+    return "RadialDistortion" in source.text or _is_bouguets(source.text)
 
 
 def read(source: Source) -> Calibration:
     """Read the camera; raises InputError that starts with the name."""
-    if re.search(r"^\s*fc\s*=\s*\[", source.text, re.MULTILINE):
+    if _is_bouguets(source.text):
         return _bouguet(source.text)
     if re.search(r"MappingCoefficients|DistortionCenter", source.text):
         raise InputError(
@@ -64,36 +67,66 @@ def read(source: Source) -> Calibration:
 
 
 def _found(source: Source, name: str) -> list[float] | None:
-    """The numbers after a name, in a display (`Name: [a b]`), an assignment (`x.Name = [a b];`) or JSON."""
+    """The numbers after a name.
+
+    In a display (`Name: [a b]`), an assignment (`x.Name = [a b; c d];`), rows below the name (`Name =`, with or without
+    MATLAB's common factor, `1.0e+03 *`) or JSON.
+    """
     if source.head.startswith("{"):
-        found = source.mappings[0].get(name) if source.mappings else None
+        found = _holder(source).get(name)
         if found is None:
             return None
         return numbers(name, found if isinstance(found, list) else [found]).tolist()
-    separators = r"[\s,;]"
-    match = re.search(rf"\b{name}\s*[:=]\s*(?:\[((?:{separators}|{_NUMBER})*)\]|({_NUMBER}))", source.text)
-    if match is None:
+    return _after(rf"\b{name}", source.text)
+
+
+def _after(name: str, text: str) -> list[float] | None:
+    """The numbers after the first place where a name's pattern stands before `:` or `=`; None where there are none."""
+    place = re.search(name + r"[ \t]{0,40}[:=]", text)
+    if place is None:
         return None
-    return [
-        float(word) for word in re.findall(_NUMBER, match.group(1) if match.group(1) is not None else match.group(2))
-    ]
+    rest = text[place.end() : place.end() + _LONGEST].lstrip()
+    if rest.startswith("["):
+        words = re.split(r"[\s,;]+", rest[1:].partition("]")[0].strip())
+        listed = [value for value in map(_number, words) if value is not None]
+        return listed if len(listed) == len(words) else None
+    words = re.split(r"[\s;]+", rest)
+    factor = _number(words[0]) if words[1:2] == ["*"] else 1.0
+    values = []
+    for word in words[2 if words[1:2] == ["*"] else 0 :]:
+        value = _number(word)
+        if value is None:
+            break
+        values.append(value * (factor or 1.0))
+    return values or None
+
+
+def _number(word: str) -> float | None:
+    return float(word) if re.fullmatch(_NUMBER, word) else None
+
+
+def _holder(source: Source) -> dict[str, Any]:
+    """The structure with the distortion: the whole JSON, or its `Intrinsics`."""
+    parts = [part for whole in source.mappings for part in (whole, *whole.values()) if isinstance(part, dict)]
+    return next((part for part in parts if "RadialDistortion" in part), {})
+
+
+def _is_bouguets(text: str) -> bool:
+    return re.search(r"(?m:^)[ \t]{0,40}fc[ \t]{0,40}=[ \t]{0,40}\[", text) is not None
 
 
 def _bouguet(text: str) -> Calibration:
     values = {}
     for name, least in (("fc", 2), ("cc", 2), ("kc", 4), ("nx", 1), ("ny", 1)):
-        match = re.search(rf"^\s*{name}\s*=\s*\[?((?:[\s;,]|{_NUMBER})*)\]?\s*;", text, re.MULTILINE)
-        values[name] = [float(word) for word in re.findall(_NUMBER, match.group(1))] if match else []
+        values[name] = _after(rf"(?m:^)[ \t]{{0,40}}{name}", text) or []
         if len(values[name]) < least:
-            raise InputError(
-                f"{name}: found {len(values[name])} numbers, wanted {least} or more as Calib_Results.m has"
-            )
-    alpha = re.search(rf"^\s*alpha_c\s*=\s*({_NUMBER})", text, re.MULTILINE)
+            raise InputError(f"{name}: found {len(values[name])} numbers, wanted {least} or more as in Calib_Results.m")
+    skew = (_after(r"(?m:^)[ \t]{0,40}alpha_c", text) or [0.0])[0]
     (fx, fy), (cx, cy) = values["fc"][:2], values["cc"][:2]
     return Calibration(
         width=values["nx"][0],
         height=values["ny"][0],
-        K=pinhole(fx, fy, cx, cy, fx * float(alpha.group(1)) if alpha else 0.0),
+        K=pinhole(fx, fy, cx, cy, fx * skew),
         model="plumb_bob",
         coefficients=values["kc"],
         size_keys=("nx", "ny"),

@@ -50,7 +50,7 @@ def block(key: str, found: object, shape: tuple[int, int] | None = None) -> Arra
 
     """
     values = numbers(key, found)
-    if isinstance(found, dict):
+    if isinstance(found, dict) and ("rows" in found or "cols" in found):
         rows, cols = found.get("rows"), found.get("cols")
         whole = all(isinstance(n, int) and not isinstance(n, bool) and n >= 0 for n in (rows, cols))
         if not whole or not isinstance(rows, int) or not isinstance(cols, int):

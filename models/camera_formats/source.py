@@ -29,10 +29,14 @@ class Source:
 
     text: str
 
-    @property
+    @cached_property
     def head(self) -> str:
         """The text from its first line that is neither blank nor a comment."""
-        return re.sub(r"\A(?:\s*(?:#[^\n]*)?\n)*\s*", "", self.text)
+        lines = self.text.lstrip().splitlines(keepends=True)
+        first = next(
+            (i for i, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")), len(lines)
+        )
+        return "".join(lines[first:]).lstrip()
 
     @cached_property
     def documents(self) -> list[Any]:

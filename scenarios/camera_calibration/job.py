@@ -13,6 +13,7 @@ from rich.progress import Progress
 
 from armtwin.calib.camera import MODELS, Board, CameraCalibration, CameraModel, Corners, calibrate_camera
 from armtwin.calib.camera.board import MIN_CORNERS
+from armtwin.calib.camera.charuco import dictionary_seen
 from armtwin.calib.camera.comparison import Comparison, compare_models
 from armtwin.calib.camera.corners import find_corners
 from armtwin.calib.camera.fit import MIN_VIEWS
@@ -172,6 +173,12 @@ def _too_few(seen: Views, found: Found) -> str:
         return (
             f"--board: {what}, but {other} are there; wanted the count of inner corners, "
             f"try --board {other.columns}x{other.rows}"
+        )
+    markers = None if seen.views or not found.images else dictionary_seen(read_gray(found.images[0]))
+    if markers and str(markers) not in str(seen.target):
+        return (
+            f"--target: {what}, but markers of {markers} are there; for a ChArUco board add --target charuco "
+            f"--dictionary {markers}, and count its squares for --board"
         )
     advice = (
         f"not in {', '.join(seen.unseen[:3])}{', …' if len(seen.unseen) > 3 else ''}: show the whole board with its "

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from armtwin.calib.camera import Board, calibrate_camera, find_corners
-from armtwin.calib.camera.charuco import DICTIONARIES, CharucoTarget
+from armtwin.calib.camera.charuco import DICTIONARIES, CharucoTarget, dictionary_seen
 from armtwin.calib.camera.circles import CircleGrid
 from armtwin.models.errors import InputError
 
@@ -115,6 +115,20 @@ def test_a_chessboard_in_twelve_megapixels_of_clutter_takes_seconds_and_is_found
     rng = np.random.default_rng(0)
     noise = cv2.GaussianBlur(rng.integers(0, 255, (3000, 4000), dtype=np.uint8), (0, 0), 3.0)
     assert find_corners(noise, Board(9, 6, 23.0)) is None
+
+
+def test_a_pattern_of_an_older_opencv_is_found_too():
+    old = CharucoTarget(7, 6, 30.0, "4x4_50")
+    made = cv2.aruco.CharucoBoard((7, 6), 30.0, 22.5, cv2.aruco.getPredefinedDictionary(DICTIONARIES["4x4_50"]))
+    made.setLegacyPattern(True)
+    view = old.find("a", made.generateImage((700, 600), marginSize=20))
+    assert view is not None
+    assert len(view.ids) == old.n_corners
+
+
+def test_the_markers_dictionary_is_told():
+    assert dictionary_seen(charuco_picture(TILTS[0])[0]) == "4x4_50"
+    assert dictionary_seen(np.full((480, 640), 128, np.uint8)) is None
 
 
 def test_a_board_that_no_maker_has_is_refused():

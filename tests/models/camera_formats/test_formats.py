@@ -217,6 +217,26 @@ def test_matlabs_structure_as_json_is_read_with_its_matrix_transposed(tmp_path: 
     assert camera.lens.named["k3"] == 0.01
 
 
+def test_rows_below_a_name_are_read_with_matlabs_common_factor(tmp_path: Path) -> None:
+    text = """IntrinsicMatrix =
+
+   1.0e+03 *
+
+    0.7152         0         0
+         0    0.7115         0
+    0.5665    0.3562    0.0010
+
+RadialDistortion =
+
+   -0.3361    0.0921
+
+ImageSize: [712 1072]
+"""
+    camera = read(tmp_path, text, "camera.txt")
+    check(camera, (1072, 712), (715.2, 711.5), (565.5, 355.2))
+    np.testing.assert_allclose(camera.lens.coefficients, [-0.3361, 0.0921, 0.0, 0.0, 0.0])
+
+
 def test_bouguets_results_count_from_zero(tmp_path: Path) -> None:
     text = """%-- Focal length:
 fc = [ 657.5 ; 657.75 ];
