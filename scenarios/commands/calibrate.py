@@ -18,6 +18,7 @@ from armtwin.calib.arm import algorithm_1, least_squares
 from armtwin.calib.arm.calibration import ArmCalibration
 from armtwin.calib.arm.evaluation import TipError, joint_error_rms, tip_error
 from armtwin.calib.arm.observations import rows_to_fit
+from armtwin.calib.setup.screen import screen
 from armtwin.models.arm import Arm
 from armtwin.models.atomic import write_json, write_text
 from armtwin.models.errors import InputError, nearest
@@ -61,6 +62,9 @@ def calibrate_command(
         list[str] | None,
         typer.Option("--hold-out", help="Trajectory to validate on; repeatable. Default: what the recording names."),
     ] = None,
+    mend: Annotated[
+        bool, typer.Option("--mend", help="Calibrate the recording without the gross errors of its set-up.")
+    ] = False,
 ) -> None:
     """Calibrate the arm of a recording: link lengths and joint zeros, with what can and cannot be known.
 
@@ -70,7 +74,7 @@ def calibrate_command(
     Example: armtwin calibrate recordings/circles --out calibrated --hold-out line
     """
     check_out_folder(out)
-    data = _with_held_out(read_recording(recording), hold_out)
+    data = _set_up_right(_with_held_out(read_recording(recording), hold_out), mend)
     found = least_squares.calibrate(data) if method is Method.LEAST_SQUARES else algorithm_1.calibrate(data)
     comparisons = compare(data, found)
     arm_text = corrected_arm_text(data.arm, found)
@@ -78,6 +82,16 @@ def calibrate_command(
     write_json(out / "calibration.json", calibration_table(data, found, comparisons))
     _print(Console(), data, found, comparisons)
     typer.echo(f"Calibration written to {out / 'calibration.json'}, arm to {out / 'arm.toml'}")
+
+
+def _set_up_right(recording: Recording, mend: bool) -> Recording:
+    """Return the recording mended of gross errors of its set-up; raises `InputError` for them unless it may `mend`."""
+    screened = screen(recording)
+    for line in screened.sentences:
+        if not mend:
+            raise InputError(f"{line}; or calibrate with --mend, as if that were done")
+        typer.echo(f"Mended: {line}")
+    return screened.recording
 
 
 def compare(recording: Recording, found: ArmCalibration) -> list[Comparison]:

@@ -45,6 +45,9 @@ def diagnose_command(
         list[Path] | None,
         typer.Option("--effects", metavar="FILE.py", help="An effect of your own (the file is run); repeatable."),
     ] = None,
+    mend: Annotated[
+        bool, typer.Option("--mend", help="Write the recording without the gross errors of its set-up to OUT/mended.")
+    ] = False,
 ) -> None:
     """Name what the twin of a recording gets wrong, extend it, and measure the gain on held-out poses.
 
@@ -76,11 +79,16 @@ def diagnose_command(
         if data is None:
             raise InputError("RECORDING is missing; give a recording's folder, or --bench BENCH")
         story = story_of(data, tell)
+        mended = story.screened.recording if mend and story.screened.errors else None
         tell("writing the report")
         write_story(out, bench or "" if recording is None else recording.resolve().name, story)
         if rounds:
             write_recording(out / "recording", data)
+        if mended is not None:
+            write_recording(out / "mended", mended)
     for number, one in enumerate(rounds, start=1):
         typer.echo(f"round {number}: {described(one)}")
     print_summary(Console(), story)
+    if mended is not None:
+        typer.echo(f"Recording without the errors of the set-up written to {out / 'mended'}")
     typer.echo(f"Report written to {out / 'report.html'}, diagnosis.json and twin.toml beside it")

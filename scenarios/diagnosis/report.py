@@ -19,7 +19,8 @@ def diagnosis_page(name: str, story: Story) -> str:
         (number(held.after_rms_mm, 3, "mm"), "held-out error, extended twin"),
         (number(held.noise_floor_mm, 3, "mm"), "noise floor"),
     ]
-    about = f"{headline(diagnosis)}\n{_recording(story)}"
+    set_up = "".join(f"Set up wrongly: {error.said}.\n" for error in story.screened.errors)
+    about = f"{set_up}{headline(diagnosis)}\n{_recording(story)}"
     return page(f"Diagnosis of {name}", about, answers, diagnosis_sections(story), key=("geometry", "extended"))
 
 

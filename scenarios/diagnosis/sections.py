@@ -11,6 +11,7 @@ from markupsafe import Markup
 from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause
 from armtwin.calib.diagnosis.experiment import Experiment
 from armtwin.calib.diagnosis.structure import Trend
+from armtwin.calib.setup.screen import Screened
 from armtwin.scenarios.diagnosis import figures
 from armtwin.scenarios.diagnosis.ranking import Ranked, rank_causes
 from armtwin.scenarios.diagnosis.remainder import Remainder, remainder, sightings
@@ -28,6 +29,7 @@ class Story:
     resimulation: Resimulation
     experiment: Experiment | None
     notes: Sequence[str]
+    screened: Screened
 
 
 def diagnosis_sections(story: Story) -> list[Section]:
@@ -38,7 +40,7 @@ def diagnosis_sections(story: Story) -> list[Section]:
     final = diagnosis.explanation.final
     after = remainder(diagnosis, final, seen) if final.effects else None
     shown = looks(diagnosis, before, after)
-    sections = [_causes(story)]
+    sections = [*_set_up(story), _causes(story)]
     if before.points_mm is not None:
         sections.append(_where(before, after))
     sections += [
@@ -54,6 +56,15 @@ def diagnosis_sections(story: Story) -> list[Section]:
             Section("notes", "What this recording cannot tell", "", tuple(prose(note) for note in story.notes))
         )
     return sections
+
+
+def _set_up(story: Story) -> list[Section]:
+    """Show what is set up wrongly, before anything else."""
+    lines = story.screened.sentences
+    if not lines:
+        return []
+    lead = "This comes first: all that follows is of the recording without it."
+    return [Section("set-up", "What is set up wrongly", lead, tuple(prose(line) for line in lines))]
 
 
 def _causes(story: Story) -> Section:

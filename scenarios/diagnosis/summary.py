@@ -13,6 +13,10 @@ from armtwin.scenarios.diagnosis.words import gain, headline, missed, parameter_
 def print_summary(console: Console, story: Story) -> None:
     """Print the whole of it on a screen."""
     diagnosis = story.diagnosis
+    for line in story.screened.sentences:
+        console.print(Text(f"SET-UP  {line}", style="bold"))
+    if story.screened.errors:
+        console.print(Text("What follows is of the recording without it.", style="bold"))
     console.print(Text(f"{diagnosis.verdict.upper()}  {headline(diagnosis)}", style="bold"))
     if diagnosis.suspects:
         console.print(Text("Nearest, and not proven:"))

@@ -6,18 +6,24 @@ from typing import Any
 
 from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause
 from armtwin.calib.diagnosis.experiment import Experiment
+from armtwin.calib.setup.screen import Screened
 from armtwin.scenarios.diagnosis.findings import estimates_of
 
 SCHEMA = "armtwin.diagnosis/1"
 
 
-def diagnosis_table(diagnosis: Diagnosis, experiment: Experiment | None) -> dict[str, Any]:
-    """Return the content of `diagnosis.json`."""
+def diagnosis_table(
+    diagnosis: Diagnosis, experiment: Experiment | None, screened: Screened | None = None
+) -> dict[str, Any]:
+    """Return the content of `diagnosis.json`; `set_up` stands in it where gross errors of the set-up were found."""
     geometry, held_out = diagnosis.geometry, diagnosis.held_out
+    errors = () if screened is None else screened.errors
+    set_up = [{"error": e.error, "joints": list(e.joints), "said": e.said, "remedy": e.remedy} for e in errors]
     estimates = zip(geometry.names, geometry.values, geometry.std, strict=True)
     return {
         "schema": SCHEMA,
         "verdict": diagnosis.verdict,
+        **({"set_up": set_up} if set_up else {}),
         "causes": [_cause(cause, diagnosis) for cause in diagnosis.causes],
         "geometry": {
             "identifiable": geometry.identifiable,

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from armtwin.calib.diagnosis.diagnosis import diagnose
 from armtwin.calib.diagnosis.experiment import propose
+from armtwin.calib.setup.screen import screen
 from armtwin.models.atomic import write_json, write_text
 from armtwin.models.plan import write_plan
 from armtwin.models.recordings.recording import Recording
@@ -24,22 +25,24 @@ NEXT_PLAN = "next_experiment.csv"
 
 
 def story_of(recording: Recording, tell: Callable[[str], None] = lambda _: None) -> Story:
-    """Diagnose a recording, make it again with the extended twin, and design the next experiment.
+    """Screen a recording for gross errors of its set-up, diagnose it without them, and design the next experiment.
 
     `tell` hears what is being done. Raises `RecordingError` where nothing can be decided.
     """
+    screened = screen(recording)
+    recording = screened.recording
     check_recording(recording)
     found = diagnose(recording, tell)
     tell("re-simulating the recording with the extended twin")
     again = compare(found, twin_of(found), recording)
     tell("designing the next experiment")
-    return Story(found, again, propose(found), notes_on(recording))
+    return Story(found, again, propose(found), notes_on(recording), screened)
 
 
 def write_story(folder: Path, name: str, story: Story) -> None:
     """Write diagnosis.json, report.html, twin.toml and, where causes tie, next_experiment.csv; all or none of them."""
     with written_together(folder) as aside:
-        write_json(aside / "diagnosis.json", diagnosis_table(story.diagnosis, story.experiment))
+        write_json(aside / "diagnosis.json", diagnosis_table(story.diagnosis, story.experiment, story.screened))
         write_text(aside / "report.html", diagnosis_page(name, story))
         write_twin(aside / "twin.toml", twin_of(story.diagnosis), twin_comment(story.diagnosis))
         if story.experiment is not None:
