@@ -19,7 +19,7 @@ from armtwin.models.errors import InputError
 from armtwin.models.joint_limits import JointLimits
 from armtwin.models.kinematics import inverse
 from armtwin.models.plan import Plan, plan_of
-from armtwin.scenarios.benches.simulated import simulated_bench
+from armtwin.scenarios.benches.door import Session, open_bench
 from armtwin.scenarios.benches.spec import EmulatedSpec, HardwareSpec, SimulatedSpec, bench_spec
 from armtwin.scenarios.emulated_bench import EmulatedBench
 from armtwin.scenarios.marker_finder import marker_finder
@@ -85,7 +85,10 @@ def _simulated(scenario: ScenarioFile) -> BenchSource:
     def make(faults: Sequence[EffectTable], samples_before: int) -> Bench:
         faulty = scenario.model_copy(update={"effects": (*scenario.effects, *faults)})
         try:
-            return simulated_bench(faulty, "serve", samples_before + _VISIT_POSES, samples_before)
+            return open_bench(
+                SimulatedSpec(faulty),
+                Session(n_poses=samples_before + _VISIT_POSES, samples_before=samples_before),
+            )
         except ValueError as error:  # MuJoCo's: a spring, a gap or a mass that nothing can have
             raise InputError(f"faults: no such arm can be built ({error})") from None
 
@@ -97,7 +100,7 @@ def _simulated(scenario: ScenarioFile) -> BenchSource:
         arm=arm,
         camera=world.camera,
         plane_z_mm=scenario.bench.arm_plane_z_mm,
-        limits=simulated_bench(scenario, "serve").description.limits,
+        limits=open_bench(SimulatedSpec(scenario)).description.limits,
         plans=paths,
         make=make,
         takes_faults=True,

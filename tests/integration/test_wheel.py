@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tarfile
 import zipfile
 from pathlib import Path
 
@@ -17,14 +18,18 @@ REPOSITORY = Path(__file__).parents[2]
 ROOMS = ("models", "sim", "calib", "hardware", "scenarios")
 
 
+def built(kind: str, source: Path, out: Path) -> Path:
+    """Return the wheel or the sdist of a source tree, built without a network."""
+    build = [sys.executable, "-m", "hatchling", "build", "-t", kind, "-d", str(out)]
+    done = subprocess.run(build, cwd=source, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return next(out.glob("armtwin-*"))
+
+
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the wheel, built from the working tree without a network."""
-    out = tmp_path_factory.mktemp("wheel")
-    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(out)]
-    done = subprocess.run(build, cwd=REPOSITORY, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    return next(out.glob("armtwin-*.whl"))
+    """Return the wheel of the working tree."""
+    return built("wheel", REPOSITORY, tmp_path_factory.mktemp("wheel"))
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +71,14 @@ def test_the_wheel_holds_one_package_with_every_file_of_its_rooms(wheel: Path) -
     tracked = subprocess.run(["git", "ls-files", *ROOMS], cwd=REPOSITORY, capture_output=True, text=True).stdout
     assert tracked, "the working tree is no git repository"
     assert {f"armtwin/{path}" for path in tracked.splitlines() if (REPOSITORY / path).is_file()} <= names
+
+
+def test_the_wheel_that_is_built_from_the_sdist_is_the_same(wheel: Path, tmp_path: Path) -> None:
+    with tarfile.open(built("sdist", REPOSITORY, tmp_path / "sdist")) as archive:
+        archive.extractall(tmp_path, filter="data")
+    again = built("wheel", next(tmp_path.glob("armtwin-*")), tmp_path / "again")
+    with zipfile.ZipFile(wheel) as one, zipfile.ZipFile(again) as other:
+        assert {i.filename: i.CRC for i in one.infolist()} == {i.filename: i.CRC for i in other.infolist()}
 
 
 def test_a_user_s_own_models_and_scenarios_are_left_alone(installed: Path, folder: Path) -> None:

@@ -84,6 +84,11 @@ def test_a_capture_on_a_served_bench_is_the_one_on_the_bench_itself(served: Serv
     there, here = read_recording(tmp_path / "remote"), read_recording(tmp_path / "here")
     for name in ("time_s", "commanded_s", "q_cmd", "trajectory"):
         np.testing.assert_array_equal(getattr(there, name), getattr(here, name))
+    for row in range(len(POSES)):
+        paths = [folder.frame_path(row) for folder in (there, here)]
+        assert paths[0] is not None
+        assert paths[1] is not None
+        assert paths[0].read_bytes() == paths[1].read_bytes()
     assert (tmp_path / "remote" / "recording.json").read_bytes() == (tmp_path / "here" / "recording.json").read_bytes()
 
 
