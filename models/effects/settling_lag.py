@@ -83,8 +83,8 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     """Make the servos sluggish and take each picture when it is due, arrived or not.
 
     `remaining1`, `remaining2`, ... (or `remaining`, for all) are the parts of a step that are still to go `wait_s`
-    after the command, by default the bench's usual time to a picture. What delays the servos is a slow filter in their
-    boards; the motors could go faster.
+    after the command, which is then the bench's usual time to a picture. What delays the servos is a slow filter in
+    their boards; the motors could go faster.
     """
     wait_s = float(parameters.get("wait_s", world.pose_period_s))
     numbers = range(1, world.arm.n_joints + 1)
@@ -100,7 +100,7 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
                 # Each step leaves 1 - timestep * stiffness / damping of the way, as a board that samples does.
                 bias[2] = bias[1] * spec.option.timestep / (1.0 - part ** (1.0 / steps))
 
-    sluggish = replace(world, servo=servo, waits_for_rest=False)
+    sluggish = replace(world, servo=servo, waits_for_rest=False, pose_period_s=wait_s)
     return sluggish.with_mechanism(mechanism, relieved=tuple(f"joint{number}" for number in numbers))
 
 

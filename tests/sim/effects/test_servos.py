@@ -98,6 +98,12 @@ def test_a_sluggish_arm_lives_through_the_time_that_the_record_states() -> None:
     np.testing.assert_allclose(to_go[2], [0.0, 0.2 / 16, 0.2 / 256, 0.2 / 16], rtol=0.03, atol=2e-4)
 
 
+def test_a_bench_without_a_clock_waits_as_long_as_the_parts_are_stated_for() -> None:
+    world = with_effect(flat_world(), "settling_lag", {"remaining": 0.25, "wait_s": 4.0})
+    q = along(1, [0.0, 0.2])
+    assert q[1, 0] - simulate_angles(world, q)[1, 0] == pytest.approx(0.05, rel=0.02)
+
+
 def test_a_step_that_never_ends_is_refused() -> None:
     with pytest.raises(InputError, match=r"remaining: found 1\.0, a number from 0 to 0\.99 is wanted"):
         with_effect(flat_world(), "settling_lag", {"remaining": 1.0})
