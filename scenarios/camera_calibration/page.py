@@ -17,9 +17,8 @@ from armtwin.calib.camera.fit import rotations_of
 from armtwin.scenarios.camera_calibration.job import CameraJob
 from armtwin.scenarios.camera_calibration.words import advice_lines, model_rows, number
 
-# Cells of the image, each way, in which residuals are averaged; fewer corners than this in one tell nothing. Arrows are
-# drawn so many times as long as they are, in a picture of 1280 px.
-_FIELD_CELLS, _LEAST_IN_CELL, _FIELD_SCALE = 12, 4, 300.0
+# Cells of the image, each way, in which residuals are averaged; fewer corners than this in one tell nothing.
+_FIELD_CELLS, _LEAST_IN_CELL = 12, 4
 # A figure is as wide as the page, on a telephone too, and without buttons that would cover it there.
 _CONFIG = {"responsive": True, "displayModeBar": False}
 _PAGE = Path(__file__).with_name("page.html")
@@ -35,11 +34,7 @@ def report_page(job: CameraJob) -> str:
             "Measured less predicted corners. A round cloud is noise; a view that stands aside is wrong as a whole.",
             _residuals(fit),
         ),
-        (
-            "What the model leaves in each part of the image: the mean of the residuals there, drawn 300 times as long "
-            "at 1280 px. Arrows in a pattern are a lens that the model does not follow; without order, noise.",
-            _field(fit),
-        ),
+        _field(fit),
         (
             "Tilt of the board, degrees, towards the side that is nearer. Views to all four sides beyond the inner "
             "circle of 15° fix the focal length.",
@@ -98,27 +93,33 @@ def _residuals(fit: CameraCalibration) -> go.Figure:
     return styled
 
 
-def _field(fit: CameraCalibration) -> go.Figure:
-    """Mean residual in each cell of the image, as arrows."""
+def _field(fit: CameraCalibration) -> tuple[str, go.Figure]:
+    """Mean residual in each cell of the image, as arrows, and what to say of them."""
     size = np.array([fit.camera.image_width, fit.camera.image_height])
     pixels = np.concatenate([view.pixels for view in fit.views])
     residuals = np.concatenate(fit.residuals_px)
     cell = np.clip((pixels + 0.5) / size * _FIELD_CELLS, 0, _FIELD_CELLS - 1).astype(int)
+    groups = [np.all(cell == place, axis=1) for place in np.unique(cell, axis=0)]
+    groups = [inside for inside in groups if inside.sum() >= _LEAST_IN_CELL]
+    at = np.array([pixels[inside].mean(axis=0) for inside in groups]).reshape(-1, 2)
+    mean = np.array([residuals[inside].mean(axis=0) for inside in groups]).reshape(-1, 2)
+    longest = float(np.percentile(np.linalg.norm(mean, axis=1), 95)) if len(mean) else 0.0
+    scale = size[0] / _FIELD_CELLS / longest if longest > 0.0 else 1.0
     figure = go.Figure()
-    for column, row in np.unique(cell, axis=0):
-        inside = np.all(cell == [column, row], axis=1)
-        if inside.sum() < _LEAST_IN_CELL:
-            continue
-        at, mean = pixels[inside].mean(axis=0), residuals[inside].mean(axis=0)
-        end = at + _FIELD_SCALE * size[0] / 1280.0 * mean
+    for start, end in zip(at, at + scale * mean, strict=True):
         figure.add_annotation(
-            {"x": end[0], "y": end[1], "ax": at[0], "ay": at[1], "axref": "x", "ayref": "y", "showarrow": True}
+            {"x": end[0], "y": end[1], "ax": start[0], "ay": start[1], "axref": "x", "ayref": "y", "showarrow": True}
             | {"arrowhead": 2, "arrowwidth": 1.5, "arrowcolor": "#3367a6", "text": ""}
         )
     styled = _styled(figure, "u, px", "v, px")
     styled.update_xaxes(range=[0, size[0]], constrain="domain")
     styled.update_yaxes(range=[size[1], 0], scaleanchor="x", constrain="domain")
-    return styled
+    return (
+        f"What the model leaves in each part of the image: the mean of the residuals there, drawn {scale:.0f} times as "
+        f"long; the longer ones are {longest:.2f} px. Arrows in a pattern are a lens that the model does not follow; "
+        "without order, noise.",
+        styled,
+    )
 
 
 def _tilts(fit: CameraCalibration) -> go.Figure:
