@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from armtwin.models.camera import project
 from armtwin.models.errors import RecordingError
 from armtwin.models.recordings.reader import read_recording
 from armtwin.models.recordings.writer import write_recording
@@ -100,6 +101,46 @@ def test_a_whole_number_of_thousands_of_digits_is_refused(folder):
 def test_a_length_that_no_arm_has_is_refused(folder, length):
     change_header(folder, lambda header: header["arm"]["link_lengths_mm"].__setitem__(0, length))
     refused(folder, "recording.json: arm.link_lengths_mm entry 1: Input should be less than or equal to 10000, found")
+
+
+@pytest.mark.parametrize(
+    ("model", "coefficients", "kind"),
+    [
+        ("plumb_bob", [0.1, 0.2, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0], "plumb_bob"),
+        ("rational_polynomial", [0.1, 0.2, 0.0, 0.0, 0.3, *[0.0] * 9], "plumb_bob"),
+        ("rational_polynomial", [0.1, 0.2, 0.0, 0.0, 0.3, 0.1, 0.2, 0.3], "rational_polynomial"),
+        ("equidistant", [0.03, 0.01, -0.01, 0.001], "equidistant"),
+        ("thin_prism", [0.1] * 12, "thin_prism"),
+        ("", [], "plumb_bob"),
+        ("none", [], "plumb_bob"),
+    ],
+)
+def test_a_lens_is_read_by_the_name_that_ros_has_for_it(folder, model, coefficients, kind):
+    keys = {"distortion_model": model, "distortion_coefficients": coefficients}
+    change_header(folder, lambda header: header["camera"].update(keys))
+    lens = read_recording(folder).camera.lens
+    assert lens.model == kind
+    kept = len(lens.coefficients)
+    np.testing.assert_array_equal(lens.coefficients, [*coefficients, *[0.0] * kept][:kept])
+
+
+def test_zeros_behind_the_coefficients_change_no_pixel(folder):
+    points = np.random.default_rng(0).uniform(-50.0, 50.0, (20, 3))
+    five = read_recording(folder).camera
+    table = json.loads((folder / "recording.json").read_text())["camera"]
+    longer = [*table["distortion_coefficients"], *[0.0] * 9]
+    keys = {"distortion_model": "rational_polynomial", "distortion_coefficients": longer}
+    change_header(folder, lambda header: header["camera"].update(keys))
+    np.testing.assert_array_equal(project(read_recording(folder).camera, points), project(five, points))
+
+
+@pytest.mark.parametrize(
+    ("model", "coefficients"), [("omni", [0.1] * 5), ("equidistant", [0.1] * 8), ("plumb_bob", [0.1] * 6)]
+)
+def test_a_lens_that_is_not_held_is_refused_by_name(folder, model, coefficients):
+    keys = {"distortion_model": model, "distortion_coefficients": coefficients}
+    change_header(folder, lambda header: header["camera"].update(keys))
+    refused(folder, f"'{model}'")
 
 
 def test_a_missing_folder_is_named(tmp_path):
