@@ -47,6 +47,11 @@ class HeldOut:
     gain_percent: float
     gain_ci95_percent: tuple[float, float]
 
+    @property
+    def bears_out(self) -> bool:
+        """Whether the held-out poses show a gain: its interval lies above nothing."""
+        return self.gain_ci95_percent[0] > 0.0
+
 
 def held_out_rows(recording: Recording) -> tuple[Bool, tuple[str, ...], str]:
     """Return the rows (N,) to keep back, their trajectories, and in words how they were chosen.

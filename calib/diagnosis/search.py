@@ -212,7 +212,8 @@ def _accepted(data: Data, base: Fit, candidate: Candidate, g: Array) -> bool:
     if p_value_of(data, base, candidate) >= LEVEL or of_the_grain(data, base):
         return False
     if not base.effects:
-        return gain > _FIRST_SHARE * excess_of(data, base)
+        excess = excess_of(data, base)  # none: whatever is there lies below the noise
+        return excess > 0.0 and gain > _FIRST_SHARE * excess
     if gain <= _FURTHER_SHARE * excess_of(data, base):
         return False
     return _weighs(data, candidate.fit, base, g)

@@ -120,6 +120,10 @@ def _read_header(path: Path) -> _RecordingFile:
         raise RecordingError(f"{path}: cannot be read ({error.strerror}); a recording folder needs it") from None
     except (ValueError, RecursionError) as error:  # no JSON, no UTF-8, a whole number of thousands of digits
         raise RecordingError(f"{path.name}: not JSON ({error})") from None
+    if isinstance(data, dict) and data.pop("motion", "settled") == "moving":
+        raise RecordingError(
+            f"{path.name}: motion: 'moving' found; a log of a moving arm cannot be read yet, poses at rest are wanted"
+        )
     try:
         return check(_RecordingFile, data, path.name)
     except InputError as error:

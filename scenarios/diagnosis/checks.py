@@ -14,6 +14,11 @@ Array = NDArray[np.float64]
 
 # With fewer poses order, angle and direction of approach are one and the same: a joint there and back in four steps.
 _LEAST_POSES = 8
+# A hobby servo needs longer than this from one pose to rest in the next, and a picture of it.
+_REST_S = 0.12
+# So many rows are a log, and it moves in at least this share of them.
+_LEAST_LOG = 60
+_MOVING_SHARE = 0.2
 # Moves below this are no moves: a command repeated.
 _STILL_RAD = 1e-6
 
@@ -32,6 +37,7 @@ def check_recording(recording: Recording) -> None:
             f"{missing} poses"
         )
     _refuse_stuck_clock(recording)
+    _refuse_motion(recording)
     moving = np.ptp(recording.q_cmd, axis=0) > _STILL_RAD
     if not recording.markers_px:
         assert recording.q_meas is not None
@@ -79,6 +85,20 @@ def _refuse_stuck_clock(recording: Recording) -> None:
 
 def _way(signs: Array) -> str:
     return "grows" if signs[0] > 0 else "falls"
+
+
+def _refuse_motion(recording: Recording) -> None:
+    """Refuse rows that sample a moving arm: taken for poses at rest, their lag is named as a shift or a slip."""
+    if not recording.has_time or len(recording) < _LEAST_LOG:
+        return
+    apart = float(np.median(np.diff(recording.time_s)))
+    moving = np.abs(np.diff(recording.q_cmd, axis=0)).max(axis=1) > _STILL_RAD
+    if 0 < apart < _REST_S and moving.mean() > _MOVING_SHARE:
+        raise RecordingError(
+            f"samples.csv: rows are {apart:.3g} s apart while the arm moves, a log of motion and not of poses at rest, "
+            "which no servo reaches so fast; keep the rows in which command and reading have stood still, or record "
+            "poses (logs of motion are not diagnosed yet)"
+        )
 
 
 def _turns(recording: Recording) -> list[Array]:

@@ -6,12 +6,15 @@ import numpy as np
 
 from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause
 from armtwin.calib.diagnosis.experiment import Experiment
-from armtwin.models.catalogue.registry import Stage, effect_named
+from armtwin.models.catalogue.registry import Parameter, Stage, effect_named
 from armtwin.scenarios.diagnosis.findings import Estimate, estimates_of
 from armtwin.scenarios.diagnosis.resimulate import Resimulation
 
 # Half width of a 95 % interval in standard deviations.
 _Z95 = 1.96
+_ANY = (0.0, np.inf)
+# Bounds of scanned parameters that only say which of two ways something is.
+_SWITCHES = ((0.0, 1.0), (-1.0, 1.0))
 # A switch that was found on or off is not known to fifteen digits; it has no interval.
 _EXACT = 1e-9
 
@@ -22,7 +25,8 @@ def headline(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "none":
         return "Nothing is wrong beyond the noise: the calibrated geometry explains the recording."
     if diagnosis.verdict == "named":
-        return f"The cause{'s are' if len(diagnosis.causes) > 1 else ' is'} {named}."
+        doubt = ", unproven: the held-out poses do not bear it out" if unproven(diagnosis) else ""
+        return f"The cause{'s are' if len(diagnosis.causes) > 1 else ' is'} {named}{doubt}."
     if diagnosis.verdict == "ambiguous":
         tied = [cause for cause in diagnosis.causes if cause.equivalents]
         ties = "; ".join(f"{c.active.label} from {' or '.join(o.label for o in c.equivalents)}" for c in tied)
@@ -35,6 +39,11 @@ def headline(diagnosis: Diagnosis) -> str:
         else "What remains is more than the noise, and no known effect explains it"
     )
     return text + (f"; {nearest} comes nearest." if nearest else ".")
+
+
+def unproven(diagnosis: Diagnosis) -> bool:
+    """Whether fitted causes are named that gain nothing certain on held-out poses."""
+    return bool(diagnosis.explanation.causes) and not diagnosis.held_out.bears_out
 
 
 def gain(diagnosis: Diagnosis) -> str:
@@ -77,6 +86,12 @@ def what_next(diagnosis: Diagnosis, experiment: Experiment | None) -> str:
         )
     if all(cause.active.effect.stage == Stage.OBSERVATION for cause in diagnosis.causes):
         return f"The arm is right; {diagnosis.causes[0].active.effect.experiment}."
+    if unproven(diagnosis):
+        cause = diagnosis.causes[0].active
+        return (
+            "The gain's interval includes nothing, so the name is not proven: hold out poses in which it would show, "
+            f"as {cause.effect.experiment}, and diagnose again before twin.toml is used."
+        )
     return "Use twin.toml: it is the arm with this cause in it."
 
 
@@ -95,12 +110,20 @@ def why_tied(cause: NamedCause) -> list[str]:
 
 
 def parameter_rows(cause: NamedCause, diagnosis: Diagnosis) -> list[tuple[str, str, str]]:
-    """Return name, value and 95 % interval of each parameter as people read them; angles in degrees too."""
-    bounds = {p.name: p.bounds for p in cause.active.effect.parameters(diagnosis.problem.context, cause.active.site)}
+    """Return name, value and 95 % interval of each parameter as people read them; angles in degrees too.
+
+    Switches and the side from which a bench set out are for `diagnosis.json` alone.
+    """
+    parameters = {p.name: p for p in cause.active.effect.parameters(diagnosis.problem.context, cause.active.site)}
     return [
-        (name, _value(name, estimate), _interval(estimate, bounds.get(name, (0.0, np.inf))))
+        (name, _value(name, estimate), _interval(estimate, parameters[name].bounds if name in parameters else _ANY))
         for name, estimate in estimates_of(cause, diagnosis).items()
+        if not (name in parameters and _is_switch(parameters[name]))
     ]
+
+
+def _is_switch(parameter: Parameter) -> bool:
+    return parameter.scanned and parameter.bounds in _SWITCHES
 
 
 def site_words(cause: NamedCause) -> str:

@@ -83,3 +83,11 @@ def test_commands_read_in_whole_degrees_are_said_to_be_with_the_error_that_makes
     assert "joint 1" in note
     assert "steps of 1 deg (0.01745 rad)" in note
     assert "0.005 rad (0.76 mm at the tip)" in note
+
+
+def test_a_log_of_a_moving_arm_is_not_taken_for_poses() -> None:
+    time_s = np.arange(0.0, 4.0, 0.02)
+    q = np.stack([np.sin(time_s), 0.5 * np.cos(time_s)], axis=-1)
+    with pytest.raises(RecordingError, match=r"rows are 0\.02 s apart while the arm moves, a log of motion"):
+        check_recording(recording(q, time_s))
+    check_recording(recording(q, 100.0 * time_s))  # the same commands at two seconds each are poses
