@@ -28,6 +28,11 @@ if TYPE_CHECKING:
     from armtwin.models.bench import Bench, BenchDescription, Frame
     from armtwin.models.errors import ArmtwinError, InputError, JobError, RecordingError
     from armtwin.models.export.held import Held
+    from armtwin.models.importers.lerobot import read_lerobot
+    from armtwin.models.importers.log import JointLog
+    from armtwin.models.importers.mcap_bag import read_mcap
+    from armtwin.models.importers.sage import read_sage
+    from armtwin.models.importers.writing import write_import
     from armtwin.models.plan import Plan
     from armtwin.models.recordings.recording import Recording
     from armtwin.models.twin import Twin
@@ -54,7 +59,12 @@ _PLACES = {
     **dict.fromkeys(("ArmtwinError", "InputError", "JobError", "RecordingError"), "models.errors"),
     "Recording": "models.recordings.recording",
     "Held": "models.export.held",
+    "JointLog": "models.importers.log",
     "Plan": "models.plan",
+    "read_lerobot": "models.importers.lerobot",
+    "read_mcap": "models.importers.mcap_bag",
+    "read_sage": "models.importers.sage",
+    "write_import": "models.importers.writing",
     "Twin": "models.twin",
     "WantedPath": "models.wanted_path",
     "Correction": "scenarios.twins.correction",
@@ -74,6 +84,7 @@ __all__ = [
     "Held",
     "InputError",
     "JobError",
+    "JointLog",
     "Plan",
     "Recording",
     "RecordingError",
@@ -86,10 +97,14 @@ __all__ = [
     "export_mjcf",
     "export_urdf",
     "open_bench",
+    "read_lerobot",
+    "read_mcap",
     "read_recording",
+    "read_sage",
     "read_twin",
     "run",
     "simulate",
+    "write_import",
 ]
 
 if not TYPE_CHECKING:  # a type checker would take any name for one of these

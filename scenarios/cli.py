@@ -35,6 +35,7 @@ COMMANDS = {
     "export": "export:export_command",
     "correct": "correct:correct_command",
     "simulate": "simulate:simulate_command",
+    "import": "import_:import_command",
 }
 # What the system says of a path that was given wrongly, rather than of a disk that is full or breaks.
 _WRONG_PATH = {
