@@ -14,7 +14,7 @@ import typer
 from rich.console import Console
 
 from armtwin.models.errors import ArmtwinError, InputError
-from armtwin.scenarios.commands.interrupts import held_back
+from armtwin.scenarios.commands.interrupts import interrupts_deferred
 from armtwin.scenarios.unwaited import leave
 
 # Command -> module and function under scenarios/commands.
@@ -65,7 +65,7 @@ def main(arguments: list[str] | None = None) -> None:
     arguments = sys.argv[1:] if arguments is None else arguments
     os.environ.setdefault("OPENCV_LOG_LEVEL", "ERROR")  # its warnings of a corrupt picture stand beside our own line
     try:
-        with held_back():
+        with interrupts_deferred():
             app = build_app(arguments[0] if arguments else None)
         code = app(arguments, standalone_mode=False) or 0
     except KeyboardInterrupt:

@@ -24,8 +24,8 @@ from armtwin.hardware.bench.servo_map import ServoMap
 from armtwin.hardware.emulator import FirmwareEmulator, Pulse
 from armtwin.hardware.emulator.mjpeg import MjpegServer, to_jpeg
 from armtwin.models.camera import project
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.errors import ArmtwinError
-from armtwin.models.frames import robot_to_board
 from armtwin.models.world import World
 from armtwin.sim.arm_view import arm_scene, bodies_in_robot, bodies_on_board
 from armtwin.sim.physics.simulation import ArmSimulation

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from armtwin.models.bench import BenchDescription, Frame
 from armtwin.models.camera import Camera, project
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.errors import InputError, JobError
-from armtwin.models.frames import robot_to_board
 from armtwin.models.joint_limits import JointLimits
 from armtwin.models.world import Moment, World
 from armtwin.sim.arm_view import arm_scene, backdrop, bodies_in_robot, bodies_on_board

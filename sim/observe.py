@@ -9,7 +9,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from armtwin.models.camera import project
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.recordings.recording import Recording, make_samples
 from armtwin.models.world import Moment, World
 from armtwin.sim.physics.simulation import default_clock, simulate, simulate_angles

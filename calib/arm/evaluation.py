@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.camera import back_project
+from armtwin.models.coordinate_frames import board_to_robot
 from armtwin.models.errors import InputError
-from armtwin.models.frames import board_to_robot
 from armtwin.models.kinematics import Deviation, marker_positions
 from armtwin.models.recordings.recording import Recording
 

@@ -88,17 +88,19 @@ class Board:
         return f"{self.columns}x{self.rows} inner corners"
 
 
-def columns_and_rows(text: str, of: str) -> tuple[int, int]:
+def columns_and_rows(text: str, counted: str) -> tuple[int, int]:
     """Columns and rows of a text such as "9x6".
 
     Raises:
-        InputError: says that columns x rows `of` something are wanted.
+        InputError: says that columns x rows of what is `counted` are wanted.
 
     """
     match = re.fullmatch(r"\s*(\d{1,4})\s*[x×X]\s*(\d{1,4})\s*", text)
     sizes = [int(n) for n in match.groups()] if match else []
     if not sizes or not all(MIN_CORNERS <= n <= MAX_CORNERS for n in sizes):
-        raise InputError(f"--board: found {text!r}, wanted columns x rows of {of}, each {MIN_CORNERS} to {MAX_CORNERS}")
+        raise InputError(
+            f"--board: found {text!r}, wanted columns x rows of {counted}, each {MIN_CORNERS} to {MAX_CORNERS}"
+        )
     return sizes[0], sizes[1]
 
 

@@ -23,7 +23,7 @@ _REFINEMENTS = 6
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class CandidateModel:
     """An effect at a site, fitted: `fit` holds the whole model with this effect last.
 
     `complexity` is the number of parameters, scanned ones counted with the logarithm of their grid.
@@ -55,7 +55,7 @@ def candidate_sites(data: Data, taken: Iterable[Active] = ()) -> list[tuple[Effe
     return pairs
 
 
-def fit_candidates(data: Data, base: Fit, pairs: Sequence[tuple[Effect, Site]]) -> list[Candidate]:
+def fit_candidates(data: Data, base: Fit, pairs: Sequence[tuple[Effect, Site]]) -> list[CandidateModel]:
     """Fit the most promising pairs on top of `base`, best first."""
     screen = Screen(data, base)
     screened = []
@@ -67,7 +67,7 @@ def fit_candidates(data: Data, base: Fit, pairs: Sequence[tuple[Effect, Site]]) 
     fitted = []
     for _, active, starts in screened[:_FULL_FITS]:
         result = fit(data, base.g, (*base.effects, active))
-        fitted.append(Candidate(result.effects[-1], result, _complexity(data, active.effect, active.site, starts)))
+        fitted.append(CandidateModel(result.effects[-1], result, _complexity(data, active.effect, active.site, starts)))
     return sorted(fitted, key=lambda candidate: candidate.score)
 
 
@@ -101,11 +101,11 @@ def _complexity(data: Data, effect: Effect, site: Site, starts: int) -> float:
     return smooth * float(np.log(max(data.n_values, 2))) + (2.0 * float(np.log(max(starts, 1))) if scanned else 0.0)
 
 
-def candidates(data: Data, base: Fit, pairs: Sequence[tuple[Effect, Site]]) -> list[Candidate]:
+def candidates(data: Data, base: Fit, pairs: Sequence[tuple[Effect, Site]]) -> list[CandidateModel]:
     """Fitted candidates on top of `base`, the missed poses among them, best first."""
     ranked = fit_candidates(data, base, pairs)
     missed = None if any(a.effect.name == "missed_command" for a in base.effects) else find_missed(data, base)
     if missed is not None:
         result = fit(data, base.g, (*base.effects, missed))
-        ranked.append(Candidate(missed, result, 2.0 * np.log(len(data.problem.context)) * len(missed.values)))
+        ranked.append(CandidateModel(missed, result, 2.0 * np.log(len(data.problem.context)) * len(missed.values)))
     return sorted(ranked, key=lambda candidate: candidate.score)

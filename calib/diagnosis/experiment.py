@@ -8,7 +8,7 @@ import numpy as np
 
 from armtwin.calib.diagnosis.diagnosis import Diagnosis
 from armtwin.calib.diagnosis.experiments.by_hand import hand_separation
-from armtwin.calib.diagnosis.experiments.poses import Candidate, candidates, in_small_steps, space_of
+from armtwin.calib.diagnosis.experiments.poses import CandidatePlan, candidates, in_small_steps, space_of
 from armtwin.calib.diagnosis.experiments.rivals import Rivals, rivals_of
 from armtwin.calib.diagnosis.experiments.separation import confirmed, extended, separations
 from armtwin.calib.diagnosis.fit import Data
@@ -71,7 +71,7 @@ def propose(diagnosis: Diagnosis) -> Experiment | None:
         at = extended(data, candidate, groups[0].models[0])
         ranked.append((_worth([separations(at, group) for group in groups]), candidate))
     ranked.sort(key=lambda row: -row[0])
-    best: tuple[float, Candidate, Found] | None = None
+    best: tuple[float, CandidatePlan, Found] | None = None
     for worth, candidate in ranked[:_CONFIRMED]:
         if best is not None and worth <= best[0]:
             break
@@ -86,10 +86,10 @@ def propose(diagnosis: Diagnosis) -> Experiment | None:
     return None
 
 
-def _often_enough(data: Data, candidate: Candidate, groups: list[Rivals]) -> tuple[Candidate, Found]:
+def _often_enough(data: Data, candidate: CandidatePlan, groups: list[Rivals]) -> tuple[CandidatePlan, Found]:
     """Repeat a plan until it tells the rivals apart, if a few repetitions do; separations grow with their root."""
 
-    def confirm(plan: Candidate) -> Found:
+    def confirm(plan: CandidatePlan) -> Found:
         at = extended(data, plan, groups[0].models[0])
         return [confirmed(at, group) for group in groups]
 
@@ -137,7 +137,7 @@ def _told(groups: list[Rivals], found: Found) -> dict[str, float]:
 
 def _experiment(
     diagnosis: Diagnosis,
-    candidate: Candidate,
+    candidate: CandidatePlan,
     groups: list[Rivals],
     found: Found,
     *,

@@ -66,7 +66,7 @@ def fit(data: Data, g: Array, effects: Sequence[Active], iterations: int = _ITER
     """Fit geometry and all smooth parameters of `effects` from a start; scanned parameters stay as they are."""
     problem = data.problem
     parameters = [active.effect.parameters(problem.context, active.site) for active in effects]
-    free = [[k for k, parameter in enumerate(of) if not parameter.scanned] for of in parameters]
+    free = [[k for k, parameter in enumerate(declared) if not parameter.scanned] for declared in parameters]
     state = evaluate(data, g, effects, parameters)
     for _ in range(iterations):
         A, b, room = _normal_equations(problem, state, parameters, free, *_linearise(data, state, parameters, free))
@@ -115,8 +115,8 @@ def evaluate(data: Data, g: Array, effects: Sequence[Active], parameters: Sequen
     residual = problem.observed - problem.predict(g, effects)
     misfit = point_misfit(data, residual)
     prior = float((((g - problem.nominal) / problem.prior_std) ** 2).sum())
-    for active, of in zip(effects, parameters, strict=True):
-        prior += sum((p.pull(active.values[k]) / p.prior_std) ** 2 for k, p in enumerate(of) if not p.scanned)
+    for active, declared in zip(effects, parameters, strict=True):
+        prior += sum((p.pull(active.values[k]) / p.prior_std) ** 2 for k, p in enumerate(declared) if not p.scanned)
     return Fit(g, tuple(effects), float(misfit.sum()) + prior, misfit, residual)
 
 
@@ -128,9 +128,9 @@ def _linearise(
     predicted, by_g = problem.predict_with_jacobian(state.g, state.effects)
     counts = data.counts
     columns = [by_g[counts].reshape(-1, by_g.shape[-1])]
-    for index, (active, of) in enumerate(zip(state.effects, parameters, strict=True)):
+    for index, (active, declared) in enumerate(zip(state.effects, parameters, strict=True)):
         for k in free[index]:
-            step = difference_step(of[k], active.values[k])
+            step = difference_step(declared[k], active.values[k])
             values = active.values.copy()
             values[k] += step
             moved = list(state.effects)
@@ -163,10 +163,10 @@ def _normal_equations(
     """Matrix (p, p) and right-hand side (p,) with the priors, and the room (p, 2) that the bounds leave each step."""
     offsets, precisions = [problem.nominal - state.g], [problem.prior_std**-2.0]
     room = [np.full((len(state.g), 2), [-np.inf, np.inf])]
-    for active, of, which in zip(state.effects, parameters, free, strict=True):
-        offsets.append(np.array([of[k].pull(active.values[k]) for k in which]))
-        precisions.append(np.array([of[k].prior_std ** -2.0 for k in which]))
-        room.append(np.array([np.array(of[k].bounds) - active.values[k] for k in which]).reshape(-1, 2))
+    for active, declared, which in zip(state.effects, parameters, free, strict=True):
+        offsets.append(np.array([declared[k].pull(active.values[k]) for k in which]))
+        precisions.append(np.array([declared[k].prior_std ** -2.0 for k in which]))
+        room.append(np.array([np.array(declared[k].bounds) - active.values[k] for k in which]).reshape(-1, 2))
     precision = np.concatenate(precisions)
     weighted = J * weights[:, None]
     A = weighted.T @ J
@@ -207,10 +207,10 @@ def _moved(
     g = state.g + step[: len(state.g)]
     at = len(state.g)
     effects = []
-    for active, of, which in zip(state.effects, parameters, free, strict=True):
+    for active, declared, which in zip(state.effects, parameters, free, strict=True):
         values = active.values.copy()
         for k in which:
-            values[k] = np.clip(values[k] + step[at], *of[k].bounds)
+            values[k] = np.clip(values[k] + step[at], *declared[k].bounds)
             at += 1
         effects.append(replace(active, values=values))
     return g, tuple(effects)

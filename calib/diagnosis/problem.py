@@ -17,7 +17,7 @@ from armtwin.calib.diagnosis.grain import floor_of, reading_grains
 from armtwin.models.camera import back_project
 from armtwin.models.catalogue.context import Context, nominal_links
 from armtwin.models.catalogue.predict import Active, Geometry, camera_path, joint_angles, marker_points
-from armtwin.models.frames import R_ROBOT_BOARD, board_to_robot, robot_to_board
+from armtwin.models.coordinate_frames import R_ROBOT_BOARD, board_to_robot, robot_to_board
 from armtwin.models.recordings.recording import Recording
 
 Array = NDArray[np.float64]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from armtwin.calib.diagnosis.candidates import Candidate, candidate_sites, candidates, fit_candidates
+from armtwin.calib.diagnosis.candidates import CandidateModel, candidate_sites, candidates, fit_candidates
 from armtwin.calib.diagnosis.fit import Data, Fit, excess_of, fit
 from armtwin.calib.diagnosis.ties import tied
 from armtwin.models.catalogue.predict import Active
@@ -52,13 +52,13 @@ def rescanned(data: Data, base: Fit) -> Fit:
     return base
 
 
-def _order(data: Data, candidate: Candidate) -> tuple[bool, float, float]:
+def _order(data: Data, candidate: CandidateModel) -> tuple[bool, float, float]:
     """Sort ties: what was recorded speaks for a cause before its simplicity, and that before its score."""
     untimed = candidate.active.effect.in_time and data.problem.context.time_s is None
     return untimed, candidate.complexity, candidate.score
 
 
-def _ties(data: Data, base: Fit, active: Active) -> list[Candidate]:
+def _ties(data: Data, base: Fit, active: Active) -> list[CandidateModel]:
     """List the best candidate in the place of `active` and those that the data cannot tell from it, best first."""
     without = _without(data, base, active)
     pairs = candidate_sites(data, base.effects)
@@ -77,8 +77,8 @@ def _without(data: Data, base: Fit, active: Active) -> Fit:
     return fit(data, base.g, tuple(other for other in base.effects if other.key != active.key))
 
 
-def _own(ranked: list[Candidate], active: Active, base: Fit) -> Candidate:
+def _own(ranked: list[CandidateModel], active: Active, base: Fit) -> CandidateModel:
     """Return the candidate of an effect that is in the model: the better of its new fit and the one it had."""
     mine = [candidate for candidate in ranked if candidate.active.key == active.key]
-    held = Candidate(active, base, mine[0].complexity if mine else 2.0 * float(np.log(len(base.misfit))))
+    held = CandidateModel(active, base, mine[0].complexity if mine else 2.0 * float(np.log(len(base.misfit))))
     return min([held, *mine], key=lambda candidate: candidate.score)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from armtwin.calib.diagnosis.candidates import Candidate, candidate_sites, candidates
+from armtwin.calib.diagnosis.candidates import CandidateModel, candidate_sites, candidates
 from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom, excess_of, fit
 from armtwin.calib.diagnosis.noise import estimate_noise, least_noise, robust_std
 from armtwin.calib.diagnosis.problem import Problem
@@ -86,7 +86,7 @@ class Explanation:
     found: tuple[Active, ...]
     excess: float
     remaining: float
-    considered: tuple[Candidate, ...]
+    considered: tuple[CandidateModel, ...]
 
 
 def search(
@@ -102,7 +102,7 @@ def search(
     if repaired.found and _explained_without_repair(raw, geometric):
         repaired = Repaired(raw, ())
     repaired, data, base = _repaired_again(raw, repaired, geometric)
-    considered: list[Candidate] = []
+    considered: list[CandidateModel] = []
     while len(base.effects) < _MOST_EFFECTS:
         progress(f"looking for cause {len(base.effects) + 1}")
         considered = candidates(data, base, candidate_sites(data, base.effects))
@@ -137,7 +137,7 @@ def robust_geometry(problem: Problem, counts: Bool, noise: float | None) -> tupl
     return state, problem
 
 
-def _quieter(data: Data, ranked: list[Candidate]) -> float | None:
+def _quieter(data: Data, ranked: list[CandidateModel]) -> float | None:
     """Return the noise that the best candidate leaves if that is well below an undeclared noise's estimate."""
     if data.declared or not ranked:
         return None
@@ -184,7 +184,7 @@ def _same(one: tuple[Active, ...], other: tuple[Active, ...]) -> bool:
     return [(a.key, a.values.tolist()) for a in one] == [(a.key, a.values.tolist()) for a in other]
 
 
-def p_value_of(data: Data, without: Fit, candidate: Candidate) -> float:
+def p_value_of(data: Data, without: Fit, candidate: CandidateModel) -> float:
     """Significance of a candidate by likelihood ratio, corrected for the starts and sites that were tried.
 
     The ratio is taken against what the larger model itself leaves, so that noise larger than declared, or a remainder
@@ -200,13 +200,13 @@ def p_value_of(data: Data, without: Fit, candidate: Candidate) -> float:
     return float(min(1.0, tries * stats.f.sf(gain / smooth, smooth, free)))
 
 
-def _best_accepted(data: Data, base: Fit, ranked: list[Candidate], g: Array) -> Candidate | None:
+def _best_accepted(data: Data, base: Fit, ranked: list[CandidateModel], g: Array) -> CandidateModel | None:
     """Return the best candidate, or where that fails its test one that is as good as it and passes."""
     alike = (candidate for candidate in ranked if candidate.score < ranked[0].score + _ALIKE)
     return next((candidate for candidate in alike if _accepted(data, base, candidate, g)), None)
 
 
-def _accepted(data: Data, base: Fit, candidate: Candidate, g: Array) -> bool:
+def _accepted(data: Data, base: Fit, candidate: CandidateModel, g: Array) -> bool:
     """Whether a candidate explains the data significantly, and a real share of what is left."""
     gain = float(base.misfit.sum() - candidate.fit.misfit.sum())
     if p_value_of(data, base, candidate) >= LEVEL or of_the_grain(data, base):
@@ -247,7 +247,12 @@ def _needed(data: Data, model: Fit) -> Fit:
 
 
 def _explanation(
-    data: Data, untouched: Data, base: Fit, repaired: Repaired, equivalents: Equivalents, considered: list[Candidate]
+    data: Data,
+    untouched: Data,
+    base: Fit,
+    repaired: Repaired,
+    equivalents: Equivalents,
+    considered: list[CandidateModel],
 ) -> Explanation:
     geometric = fit(data, base.g, ())
     final = fit(data, base.g, base.effects)

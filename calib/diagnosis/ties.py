@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from armtwin.calib.diagnosis.candidates import Candidate
+    from armtwin.calib.diagnosis.candidates import CandidateModel
     from armtwin.calib.diagnosis.fit import Data
 
 # Below this difference of scores no two models are told apart (a Bayes factor of about 50).
@@ -20,7 +20,7 @@ _VUONG = 2.0
 _SMALL_SHARE = 0.01
 
 
-def tied(data: Data, best: Candidate, other: Candidate, excess: float, remaining: float) -> bool:
+def tied(data: Data, best: CandidateModel, other: CandidateModel, excess: float, remaining: float) -> bool:
     """Whether `other` explains the data as well as `best`, by the pose-wise differences of their misfits.
 
     `excess` is what there was to explain, `remaining` what `best` leaves of it. Poses that follow one another are not

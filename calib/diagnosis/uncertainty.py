@@ -40,7 +40,10 @@ def uncertainty(data: Data, model: Fit) -> Uncertainty:
     parameters = [active.effect.parameters(context, active.site) for active in model.effects]
     J, r, pose = whitened(data, model, parameters)
     precision = np.concatenate(
-        [data.problem.prior_std**-2.0, *([p.prior_std**-2.0 for p in of if not p.scanned] for of in parameters)]
+        [
+            data.problem.prior_std**-2.0,
+            *([p.prior_std**-2.0 for p in declared if not p.scanned] for declared in parameters),
+        ]
     )
     A = J.T @ J + np.diag(precision)
     scale = 1.0 / np.sqrt(np.diag(A))
@@ -56,9 +59,9 @@ def uncertainty(data: Data, model: Fit) -> Uncertainty:
     std = np.sqrt(np.diag(covariance))
     at = len(model.g)
     effects_std = []
-    for index, of in enumerate(parameters):
-        values = np.zeros(len(of))
-        for k, parameter in enumerate(of):
+    for index, declared in enumerate(parameters):
+        values = np.zeros(len(declared))
+        for k, parameter in enumerate(declared):
             if parameter.scanned:
                 values[k] = _scanned_std(data, model, index, k, parameter)
             else:
@@ -73,8 +76,8 @@ def whitened(data: Data, model: Fit, parameters: list[tuple[Parameter, ...]]) ->
     predicted, by_g = data.problem.predict_with_jacobian(model.g, model.effects)
     counts = data.counts
     columns = [by_g[counts].reshape(-1, by_g.shape[-1])]
-    for index, (active, of) in enumerate(zip(model.effects, parameters, strict=True)):
-        for k, parameter in enumerate(of):
+    for index, (active, declared) in enumerate(zip(model.effects, parameters, strict=True)):
+        for k, parameter in enumerate(declared):
             if not parameter.scanned:
                 step = difference_step(parameter, active.values[k])
                 slope = (data.problem.predict(model.g, _with(model.effects, index, k, step)) - predicted) / step

@@ -34,7 +34,7 @@ _Number = TypeVar("_Number", float, Array)
 
 
 @dataclass(frozen=True)
-class Candidate:
+class CandidateDisc:
     """A blob that may be a disc: centre (2,), shape (2, 2) of its ellipse `centre + shape @ (cos t, sin t)`, raw px."""
 
     centre: Array
@@ -54,7 +54,7 @@ def red_channel(image: Image) -> Image:
     return image[..., 2] if image.ndim == 3 else image
 
 
-def find_candidates(image: Image, config: DetectorConfig) -> list[Candidate]:
+def find_candidates(image: Image, config: DetectorConfig) -> list[CandidateDisc]:
     """Return the blobs of a picture that may be discs, likeliest first."""
     signal = _search_picture(image)
     candidates = [_first_ellipse(blob.outline) for blob in _distinct_blobs(signal, config)]
@@ -109,7 +109,7 @@ def _distinct_blobs(signal: Image, config: DetectorConfig) -> list[_Blob]:
     return kept
 
 
-def _first_ellipse(outline: NDArray[np.int32]) -> Candidate | None:
+def _first_ellipse(outline: NDArray[np.int32]) -> CandidateDisc | None:
     """First ellipse of an outline, or None where too little of it lies on any."""
     points = outline[:, 0].astype(float)
     ellipse = _whole_outline(points, outline) or _part_of_outline(points)
@@ -118,10 +118,10 @@ def _first_ellipse(outline: NDArray[np.int32]) -> Candidate | None:
     centre, shape, score = ellipse
     # An outline runs through the outermost pixels' centres, so that the edge is nearly half a pixel outside.
     shape = shape * (1.0 + 0.45 / _radius(shape))
-    return Candidate(2.0 * centre + 0.5, 2.0 * shape, score)
+    return CandidateDisc(2.0 * centre + 0.5, 2.0 * shape, score)
 
 
-def _is_disc_sized(candidate: Candidate, config: DetectorConfig) -> bool:
+def _is_disc_sized(candidate: CandidateDisc, config: DetectorConfig) -> bool:
     # The measurement decides; a first radius may be a pixel off.
     return config.min_radius_px - 1.0 <= candidate.radius <= config.max_radius_px + 1.0
 

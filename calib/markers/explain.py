@@ -18,7 +18,7 @@ import numpy as np
 from armtwin.calib.markers.disc import Array, Disc, Mask
 from armtwin.models.arm import Arm
 from armtwin.models.camera import Camera, back_project, project_jacobian
-from armtwin.models.frames import board_to_robot
+from armtwin.models.coordinate_frames import board_to_robot
 from armtwin.models.kinematics import complex_links, marker_positions
 
 Assignment = tuple[int | None, ...]

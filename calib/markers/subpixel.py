@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from armtwin.calib.markers.candidates import Candidate, find_candidates, red_channel
+from armtwin.calib.markers.candidates import CandidateDisc, find_candidates, red_channel
 from armtwin.calib.markers.disc import WHOLE, Array, DetectorConfig, Disc, Image, Mask
 from armtwin.calib.markers.edges import EdgePoints, find_edges, first_edges, n_normals
 from armtwin.calib.markers.ellipse import Ellipses, determinants, fit_ellipses, semi_axes
@@ -56,7 +56,7 @@ def _distinct(discs: list[Disc]) -> list[Disc]:
 
 
 def _measure(
-    red: Image, candidates: list[Candidate], camera: Camera | None, plane_z_mm: float, config: DetectorConfig
+    red: Image, candidates: list[CandidateDisc], camera: Camera | None, plane_z_mm: float, config: DetectorConfig
 ) -> list[Disc]:
     centre = np.stack([c.centre for c in candidates])
     shape = np.stack([c.shape for c in candidates])

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from armtwin.models.arm import Arm
 from armtwin.models.camera import Camera, back_project
-from armtwin.models.frames import board_to_robot
+from armtwin.models.coordinate_frames import board_to_robot
 from armtwin.models.kinematics import complex_links, wrap
 
 Array = NDArray[np.float64]

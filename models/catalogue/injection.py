@@ -112,7 +112,9 @@ def checked(
     return defaults | dict(stated.parameters)
 
 
-def later(injected: Sequence[Injected], parameters: Mapping[str, Any], arm: Arm, samples_before: int) -> dict[str, Any]:
+def shifted_samples(
+    injected: Sequence[Injected], parameters: Mapping[str, Any], arm: Arm, samples_before: int
+) -> dict[str, Any]:
     """Return the parameters for a recording that begins after `samples_before` poses: what came before has happened."""
     kinds = {name: one.kind for name, one in taken_by(injected, arm).items()}
     shifted = dict(parameters)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from armtwin.models.catalogue.camera_path import CameraPath
 from armtwin.models.catalogue.context import Context, nominal_links
 from armtwin.models.catalogue.registry import Effect, Site, Stage
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]

@@ -136,7 +136,7 @@ def _parameter_table(job: CameraJob) -> Table:
     nan = float("nan")
     for name, value in fit.intrinsics.items():
         digits = 2 if name[0] in "fc" else 5
-        cells = [value, *(of.get(name, nan) for of in (fit.total_std, fit.std, fit.jackknife_std))]
+        cells = [value, *(stds.get(name, nan) for stds in (fit.total_std, fit.std, fit.jackknife_std))]
         cells += [variant.intrinsics[name] for variant in job.variants.values()]
         unit = " px" if name[0] in "fc" else ""
         table.add_row(name + unit, *(number(cell, f".{digits}f") for cell in cells))

@@ -17,8 +17,8 @@ from armtwin.scenarios.closed_loop import close_loop_on, described
 from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c
 from armtwin.scenarios.commands.outputs import check_out_folder
 from armtwin.scenarios.diagnosis.measured import measured
+from armtwin.scenarios.diagnosis.pipeline import report_on, write_report
 from armtwin.scenarios.diagnosis.summary import print_summary
-from armtwin.scenarios.diagnosis.whole import story_of, write_story
 
 
 def diagnose_command(
@@ -78,17 +78,17 @@ def diagnose_command(
         data = rounds[-1].recording if rounds else data
         if data is None:
             raise InputError("RECORDING is missing; give a recording's folder, or --bench BENCH")
-        story = story_of(data, tell)
-        mended = story.screened.recording if mend and story.screened.errors else None
+        report = report_on(data, tell)
+        mended = report.screened.recording if mend and report.screened.errors else None
         tell("writing the report")
-        write_story(out, bench or "" if recording is None else recording.resolve().name, story)
+        write_report(out, bench or "" if recording is None else recording.resolve().name, report)
         if rounds:
             write_recording(out / "recording", data)
         if mended is not None:
             write_recording(out / "mended", mended)
     for number, one in enumerate(rounds, start=1):
         typer.echo(f"round {number}: {described(one)}")
-    print_summary(Console(), story)
+    print_summary(Console(), report)
     if mended is not None:
         typer.echo(f"Recording without the errors of the set-up written to {out / 'mended'}")
     typer.echo(f"Report written to {out / 'report.html'}, diagnosis.json and twin.toml beside it")

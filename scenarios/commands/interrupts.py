@@ -25,7 +25,7 @@ def ended_as_by_ctrl_c() -> Iterator[None]:
 
 
 @contextmanager
-def held_back() -> Iterator[None]:
+def interrupts_deferred() -> Iterator[None]:
     """While it lasts Ctrl-C and its like wait; they are raised at its end.
 
     In the middle of an import they would be lost: packages that try for an optional one take them for its absence.

@@ -100,13 +100,13 @@ def _print_coverage(console: Console, result: Score, table: dict[str, Any]) -> N
     console.print(
         "Intervals that missed: inside / all, and by how many standard deviations in which world", style="bold"
     )
-    for name, (inside, of) in table["coverage_by_parameter"].items():
+    for name, (inside, total) in table["coverage_by_parameter"].items():
         outside = {w: j.misses[name] for w, j in result.judgements.items() if not j.covered.get(name, True)}
         if outside:
             where = ", ".join(f"{world} {miss:+.1f}" for world, miss in outside.items())
-            console.print(f"  {name} {inside}/{of}: {where}", markup=False)
-    inside, of = table["geometry_coverage"]
-    console.print(f"  geometry of rightly answered worlds: {inside}/{of}")
+            console.print(f"  {name} {inside}/{total}: {where}", markup=False)
+    inside, total = table["geometry_coverage"]
+    console.print(f"  geometry of rightly answered worlds: {inside}/{total}")
 
 
 def _print_rates(console: Console, table: dict[str, Any]) -> None:

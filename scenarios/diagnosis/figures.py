@@ -12,7 +12,7 @@ from plotly.subplots import make_subplots
 from armtwin.calib.diagnosis.diagnosis import Diagnosis
 from armtwin.scenarios.diagnosis.ranking import Ranked
 from armtwin.scenarios.diagnosis.remainder import Remainder
-from armtwin.scenarios.diagnosis.structure import DIRECTIONS, Look, groups_of
+from armtwin.scenarios.diagnosis.structure import DIRECTIONS, ResidualPlot, groups_of
 from armtwin.scenarios.report.style import COLOURS, figure
 
 Array = NDArray[np.float64]
@@ -54,27 +54,27 @@ def arrows(before: Remainder, after: Remainder | None) -> tuple[go.Figure, float
     return fig, factor
 
 
-def look_at(look: Look) -> go.Figure:
+def residual_figure(shown: ResidualPlot) -> go.Figure:
     """Return one telling plot, before and after."""
-    fig = figure(look.ordinate.title, look.component.title, height=420)
-    for trace in _look_traces(look, with_legend=True):
+    fig = figure(shown.ordinate.title, shown.component.title, height=420)
+    for trace in _residual_traces(shown, with_legend=True):
         fig.add_trace(trace)
-    _directions(fig, look)
+    _directions(fig, shown)
     return fig
 
 
-def look_at_all(looks: Sequence[Look]) -> go.Figure:
+def residual_figures(plots: Sequence[ResidualPlot]) -> go.Figure:
     """Return the other plots as small ones, side by side."""
-    rows = (len(looks) + 1) // 2
-    titles = [f"{look.ordinate.against}: {_shares(look)}" for look in looks]
+    rows = (len(plots) + 1) // 2
+    titles = [f"{shown.ordinate.against}: {_shares(shown)}" for shown in plots]
     fig = make_subplots(rows, 2, subplot_titles=titles, vertical_spacing=0.32 / rows, horizontal_spacing=0.11)
-    for number, look in enumerate(looks):
+    for number, shown in enumerate(plots):
         row, column = number // 2 + 1, number % 2 + 1
-        for trace in _look_traces(look, with_legend=False):
+        for trace in _residual_traces(shown, with_legend=False):
             fig.add_trace(trace, row=row, col=column)
-        fig.update_xaxes(title=look.ordinate.title, title_font_size=12, row=row, col=column)
-        fig.update_yaxes(title=look.component.title, title_font_size=12, row=row, col=column)
-        _directions(fig, look, row=row, col=column)
+        fig.update_xaxes(title=shown.ordinate.title, title_font_size=12, row=row, col=column)
+        fig.update_yaxes(title=shown.component.title, title_font_size=12, row=row, col=column)
+        _directions(fig, shown, row=row, col=column)
     fig.update_layout(height=330 * rows, **_PLAIN)
     return fig
 
@@ -139,21 +139,21 @@ def held_out_poses(diagnosis: Diagnosis, before: Remainder, after: Remainder | N
     return fig
 
 
-def _look_traces(look: Look, with_legend: bool) -> list[go.Scatter]:
+def _residual_traces(shown: ResidualPlot, with_legend: bool) -> list[go.Scatter]:
     traces = []
     rng = np.random.default_rng(0)
-    for name, values, colour in (("before", look.component.before, BEFORE), ("after", look.component.after, AFTER)):
+    for name, values, colour in (("before", shown.component.before, BEFORE), ("after", shown.component.after, AFTER)):
         if values is None:
             continue
-        x = look.ordinate.values
-        if look.ordinate.is_direction:  # spread out, so that points do not hide one another
+        x = shown.ordinate.values
+        if shown.ordinate.is_direction:  # spread out, so that points do not hide one another
             x = x + rng.uniform(-_SPREAD, _SPREAD, len(x))
         dots = {"color": colour, "size": 4 if with_legend else 3, "opacity": 0.45}
         traces.append(go.Scatter(x=x, y=values, mode="markers", marker=dots, showlegend=False, hoverinfo="x+y"))
-        groups = groups_of(look.ordinate, np.isfinite(values))
+        groups = groups_of(shown.ordinate, np.isfinite(values))
         traces.append(
             go.Scatter(
-                x=[float(np.mean(look.ordinate.values[group])) for group in groups],
+                x=[float(np.mean(shown.ordinate.values[group])) for group in groups],
                 y=[float(np.mean(values[group])) for group in groups],
                 mode="lines+markers",
                 line={"color": colour, "width": 3},
@@ -165,8 +165,8 @@ def _look_traces(look: Look, with_legend: bool) -> list[go.Scatter]:
     return traces
 
 
-def _directions(fig: go.Figure, look: Look, **at: int) -> None:
-    if look.ordinate.is_direction:
+def _directions(fig: go.Figure, shown: ResidualPlot, **at: int) -> None:
+    if shown.ordinate.is_direction:
         fig.update_xaxes(tickvals=list(DIRECTIONS), ticktext=list(DIRECTIONS.values()), range=[-1.6, 1.6], **at)
 
 
@@ -197,9 +197,9 @@ def _round_down(factor: float) -> float:
     return float(max(step for step in (power, 2 * power, 5 * power) if step <= factor * (1 + 1e-9)))
 
 
-def _shares(look: Look) -> str:
+def _shares(shown: ResidualPlot) -> str:
     """Write the share that follows the ordinate, before and after."""
-    shares = [share for share in (look.share_before, look.share_after) if share is not None]
+    shares = [share for share in (shown.share_before, shown.share_after) if share is not None]
     return " → ".join(f"{100.0 * share:.0f} %" for share in shares)
 
 

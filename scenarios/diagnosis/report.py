@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from armtwin.calib.diagnosis.diagnosis import Diagnosis
-from armtwin.scenarios.diagnosis.sections import Story, diagnosis_sections
+from armtwin.scenarios.diagnosis.sections import DiagnosisReport, diagnosis_sections
 from armtwin.scenarios.diagnosis.words import headline, site_words
 from armtwin.scenarios.report.page import page
 from armtwin.scenarios.report.section import number
 
 
-def diagnosis_page(name: str, story: Story) -> str:
+def diagnosis_page(name: str, report: DiagnosisReport) -> str:
     """Return the report's HTML."""
-    diagnosis = story.diagnosis
+    diagnosis = report.diagnosis
     held = diagnosis.held_out
     answers = [
         _verdict(diagnosis),
@@ -19,9 +19,9 @@ def diagnosis_page(name: str, story: Story) -> str:
         (number(held.after_rms_mm, 3, "mm"), "held-out error, extended twin"),
         (number(held.noise_floor_mm, 3, "mm"), "noise floor"),
     ]
-    set_up = "".join(f"Set up wrongly: {error.said}.\n" for error in story.screened.errors)
-    about = f"{set_up}{headline(diagnosis)}\n{_recording(story)}"
-    return page(f"Diagnosis of {name}", about, answers, diagnosis_sections(story), key=("geometry", "extended"))
+    set_up = "".join(f"Set up wrongly: {error.said}.\n" for error in report.screened.errors)
+    about = f"{set_up}{headline(diagnosis)}\n{_recording(report)}"
+    return page(f"Diagnosis of {name}", about, answers, diagnosis_sections(report), key=("geometry", "extended"))
 
 
 def _verdict(diagnosis: Diagnosis) -> tuple[str, str]:
@@ -40,8 +40,8 @@ def _joints(n: int) -> str:
     return "1 joint" if n == 1 else f"{n} joints"
 
 
-def _recording(story: Story) -> str:
-    context = story.diagnosis.problem.context
+def _recording(report: DiagnosisReport) -> str:
+    context = report.diagnosis.problem.context
     seen = f"markers {', '.join(name.upper() for name in context.markers)}" if context.markers else "joint angles"
     clock = "with times" if context.time_s is not None else "without times"
     pull = "gravity in its plane" if context.has_gravity else "no gravity in its plane"

@@ -16,13 +16,13 @@ from armtwin.scenarios.diagnosis import figures
 from armtwin.scenarios.diagnosis.ranking import Ranked, rank_causes
 from armtwin.scenarios.diagnosis.remainder import Remainder, remainder, sightings
 from armtwin.scenarios.diagnosis.resimulate import Resimulation
-from armtwin.scenarios.diagnosis.structure import Look, looks
+from armtwin.scenarios.diagnosis.structure import ResidualPlot, residual_plots
 from armtwin.scenarios.diagnosis.words import gain, missed, parameter_rows, site_words, what_next, why_tied
 from armtwin.scenarios.report.section import Cell, Section, fold, number, plot, prose, table, with_std
 
 
 @dataclass(frozen=True, eq=False)
-class Story:
+class DiagnosisReport:
     """A diagnosis with all that its report shows."""
 
     diagnosis: Diagnosis
@@ -32,43 +32,43 @@ class Story:
     screened: Screened
 
 
-def diagnosis_sections(story: Story) -> list[Section]:
+def diagnosis_sections(report: DiagnosisReport) -> list[Section]:
     """Return the chapters."""
-    diagnosis = story.diagnosis
+    diagnosis = report.diagnosis
     seen = sightings(diagnosis)
     before = remainder(diagnosis, diagnosis.explanation.geometric, seen)
     final = diagnosis.explanation.final
     after = remainder(diagnosis, final, seen) if final.effects else None
-    shown = looks(diagnosis, before, after)
-    sections = [*_set_up(story), _causes(story)]
+    shown = residual_plots(diagnosis, before, after)
+    sections = [*_set_up(report), _causes(report)]
     if before.points_mm is not None:
         sections.append(_where(before, after))
     sections += [
         _structure(diagnosis, shown),
         _considered(diagnosis, rank_causes(diagnosis)),
-        _gain(story, before, after),
+        _gain(report, before, after),
         _geometry(diagnosis),
     ]
-    if story.experiment is not None or diagnosis.verdict in ("ambiguous", "unknown"):
-        sections.append(_next(story))
-    if story.notes:
+    if report.experiment is not None or diagnosis.verdict in ("ambiguous", "unknown"):
+        sections.append(_next(report))
+    if report.notes:
         sections.append(
-            Section("notes", "What this recording cannot tell", "", tuple(prose(note) for note in story.notes))
+            Section("notes", "What this recording cannot tell", "", tuple(prose(note) for note in report.notes))
         )
     return sections
 
 
-def _set_up(story: Story) -> list[Section]:
+def _set_up(report: DiagnosisReport) -> list[Section]:
     """Show what is set up wrongly, before anything else."""
-    lines = story.screened.sentences
+    lines = report.screened.sentences
     if not lines:
         return []
     lead = "This comes first: all that follows is of the recording without it."
     return [Section("set-up", "What is set up wrongly", lead, tuple(prose(line) for line in lines))]
 
 
-def _causes(story: Story) -> Section:
-    diagnosis = story.diagnosis
+def _causes(report: DiagnosisReport) -> Section:
+    diagnosis = report.diagnosis
     causes = diagnosis.causes or diagnosis.suspects
     if not causes:
         return Section("causes", "No cause to name", _nothing(diagnosis))
@@ -131,11 +131,11 @@ def _where(before: Remainder, after: Remainder | None) -> Section:
     )
 
 
-def _structure(diagnosis: Diagnosis, shown: Sequence[Look]) -> Section:
+def _structure(diagnosis: Diagnosis, shown: Sequence[ResidualPlot]) -> Section:
     best = shown[0]
     blocks = [
         plot(
-            figures.look_at(best),
+            figures.residual_figure(best),
             "Dots are poses, the line their mean in groups. A line that stays at zero is noise; one that bends or "
             "jumps is something that the twin does not know.",
         )
@@ -143,7 +143,7 @@ def _structure(diagnosis: Diagnosis, shown: Sequence[Look]) -> Section:
     if len(shown) > 1:
         blocks.append(
             plot(
-                figures.look_at_all(shown[1:]),
+                figures.residual_figures(shown[1:]),
                 "Against everything else that could matter; of all markers and joints the one that shows most. The "
                 "percentages are the shares of the variance that follow it, before → after.",
             )
@@ -152,7 +152,7 @@ def _structure(diagnosis: Diagnosis, shown: Sequence[Look]) -> Section:
     return Section("structure", "What the error follows", _pattern(diagnosis, best), tuple(blocks))
 
 
-def _pattern(diagnosis: Diagnosis, best: Look) -> str:
+def _pattern(diagnosis: Diagnosis, best: ResidualPlot) -> str:
     if best.ordinate.against not in {trend.against for trend in diagnosis.trends_before}:
         return "No pattern is beyond chance: against whatever the error is plotted, it could be noise."
     after = "" if best.share_after is None else f", {100 * best.share_after:.0f} % once the cause is modelled"
@@ -221,8 +221,8 @@ def _considered(diagnosis: Diagnosis, ranked: Sequence[Ranked]) -> Section:
     )
 
 
-def _gain(story: Story, before: Remainder, after: Remainder | None) -> Section:
-    diagnosis, again = story.diagnosis, story.resimulation
+def _gain(report: DiagnosisReport, before: Remainder, after: Remainder | None) -> Section:
+    diagnosis, again = report.diagnosis, report.resimulation
     held = diagnosis.held_out
     kept = (
         f"Held out: {', '.join(held.trajectories)} ({held.description})."
@@ -265,12 +265,12 @@ def _geometry(diagnosis: Diagnosis) -> Section:
     )
 
 
-def _next(story: Story) -> Section:
-    lead = what_next(story.diagnosis, story.experiment)
-    if story.experiment is None:
+def _next(report: DiagnosisReport) -> Section:
+    lead = what_next(report.diagnosis, report.experiment)
+    if report.experiment is None:
         return Section("next", "What to do next", lead)
     caption = "The proposed poses, in next_experiment.csv: a plan that a bench can run."
-    return Section("next", "What to do next", lead, (plot(figures.plan(story.experiment.plan.q_cmd), caption),))
+    return Section("next", "What to do next", lead, (plot(figures.plan(report.experiment.plan.q_cmd), caption),))
 
 
 def _p_value(p: float) -> str:

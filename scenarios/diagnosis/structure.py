@@ -45,7 +45,7 @@ class Component:
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class ResidualPlot:
     """The most telling plot against one thing, the share of the component's variance that follows it, and how much."""
 
     ordinate: Ordinate
@@ -55,23 +55,23 @@ class Look:
     follows_mm: float
 
 
-def looks(diagnosis: Diagnosis, before: Remainder, after: Remainder | None) -> list[Look]:
+def residual_plots(diagnosis: Diagnosis, before: Remainder, after: Remainder | None) -> list[ResidualPlot]:
     """Return for each thing the component that follows it most, the most telling first."""
     components = list(_components(diagnosis, before, after))
-    best: dict[str, Look] = {}
+    best: dict[str, ResidualPlot] = {}
     for ordinate in _ordinates(diagnosis):
         for component in components:
-            look = _look(ordinate, component)
-            if ordinate.against not in best or look.follows_mm > best[ordinate.against].follows_mm:
-                best[ordinate.against] = look
-    return sorted(best.values(), key=lambda look: -look.follows_mm)
+            shown = _residual_plot(ordinate, component)
+            if ordinate.against not in best or shown.follows_mm > best[ordinate.against].follows_mm:
+                best[ordinate.against] = shown
+    return sorted(best.values(), key=lambda shown: -shown.follows_mm)
 
 
-def _look(ordinate: Ordinate, component: Component) -> Look:
+def _residual_plot(ordinate: Ordinate, component: Component) -> ResidualPlot:
     share = share_of_groups(ordinate, component.before)
     follows = float(np.sqrt(share * np.nanvar(component.before))) * component.unit_mm
     share_after = None if component.after is None else share_of_groups(ordinate, component.after)
-    return Look(ordinate, component, share, share_after, follows)
+    return ResidualPlot(ordinate, component, share, share_after, follows)
 
 
 def groups_of(ordinate: Ordinate, seen: NDArray[np.bool_]) -> list[NDArray[np.int64]]:

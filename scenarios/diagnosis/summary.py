@@ -6,16 +6,16 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from armtwin.scenarios.diagnosis.sections import Story
+from armtwin.scenarios.diagnosis.sections import DiagnosisReport
 from armtwin.scenarios.diagnosis.words import gain, headline, missed, parameter_rows, site_words, what_next
 
 
-def print_summary(console: Console, story: Story) -> None:
+def print_summary(console: Console, report: DiagnosisReport) -> None:
     """Print the whole of it on a screen."""
-    diagnosis = story.diagnosis
-    for line in story.screened.sentences:
+    diagnosis = report.diagnosis
+    for line in report.screened.sentences:
         console.print(Text(f"SET-UP  {line}", style="bold"))
-    if story.screened.errors:
+    if report.screened.errors:
         console.print(Text("What follows is of the recording without it.", style="bold"))
     console.print(Text(f"{diagnosis.verdict.upper()}  {headline(diagnosis)}", style="bold"))
     if diagnosis.suspects:
@@ -31,8 +31,8 @@ def print_summary(console: Console, story: Story) -> None:
         console.print(table)
     for line in (
         gain(diagnosis),
-        missed(story.resimulation),
-        what_next(diagnosis, story.experiment),
-        *(f"Note: {note}" for note in story.notes),
+        missed(report.resimulation),
+        what_next(diagnosis, report.experiment),
+        *(f"Note: {note}" for note in report.notes),
     ):
         console.print(Text(line))

@@ -15,9 +15,9 @@ from armtwin.models.catalogue.correct import Correction, corrected_commands
 from armtwin.models.catalogue.predict import camera_path
 from armtwin.models.recordings.writer import camera_table
 from armtwin.scenarios.diagnosis.findings import estimates_of
-from armtwin.scenarios.diagnosis.sections import Story, diagnosis_sections
+from armtwin.scenarios.diagnosis.pipeline import report_on, write_report
+from armtwin.scenarios.diagnosis.sections import DiagnosisReport, diagnosis_sections
 from armtwin.scenarios.diagnosis.table import diagnosis_table
-from armtwin.scenarios.diagnosis.whole import story_of, write_story
 from armtwin.scenarios.diagnosis.words import gain, headline, missed, why_tied
 from armtwin.scenarios.report.section import Section
 from armtwin.scenarios.runner.job import Job
@@ -37,24 +37,24 @@ def diagnose_arm(job: Job, tick: Tick) -> dict[str, Any]:
 
     Nothing but the recording is known to it. Writes diagnosis.json, report.html and twin.toml into `diagnosis/`.
     """
-    story = story_of(recorded(job, "before"))
+    report = report_on(recorded(job, "before"))
     tick(1, 2)
-    write_story(job.out / FOLDER, job.scenario.title, story)
+    write_report(job.out / FOLDER, job.scenario.title, report)
     path = job.scenario.trajectories[job.scenario.validate_on].poses()
-    correction = corrected_line(story.diagnosis, path)
+    correction = corrected_line(report.diagnosis, path)
     tick(2, 2)
     return {
-        "found": diagnosis_table(story.diagnosis, story.experiment),
-        "causes": [_cause(cause, story.diagnosis) for cause in (*story.diagnosis.causes, *story.diagnosis.suspects)],
-        "words": _words(story),
+        "found": diagnosis_table(report.diagnosis, report.experiment),
+        "causes": [_cause(cause, report.diagnosis) for cause in (*report.diagnosis.causes, *report.diagnosis.suspects)],
+        "words": _words(report),
         "corrected_with": [
             {"label": active.label, "where": active.effect.where}
-            for active in story.diagnosis.explanation.final.effects
+            for active in report.diagnosis.explanation.final.effects
         ],
-        "camera": camera_table(camera_now(story.diagnosis)),
+        "camera": camera_table(camera_now(report.diagnosis)),
         "q_cmd_rad": correction.q_cmd,
         "missed_rad": correction.missed_rad,
-        "chapters": [_chapter(section) for section in diagnosis_sections(story)],
+        "chapters": [_chapter(section) for section in diagnosis_sections(report)],
     }
 
 
@@ -116,12 +116,12 @@ def _cause(cause: NamedCause, diagnosis: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _words(story: Story) -> dict[str, Any]:
+def _words(report: DiagnosisReport) -> dict[str, Any]:
     return {
-        "headline": headline(story.diagnosis),
-        "gain": gain(story.diagnosis),
-        "resimulated": missed(story.resimulation),
-        "ties": [line for cause in story.diagnosis.causes for line in why_tied(cause)],
+        "headline": headline(report.diagnosis),
+        "gain": gain(report.diagnosis),
+        "resimulated": missed(report.resimulation),
+        "ties": [line for cause in report.diagnosis.causes for line in why_tied(cause)],
     }
 
 

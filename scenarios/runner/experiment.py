@@ -8,7 +8,7 @@ from armtwin.models.errors import InputError
 from armtwin.scenarios.benches.door import open_bench
 from armtwin.scenarios.benches.spec import SimulatedSpec
 from armtwin.scenarios.commands.outputs import check_out_folder
-from armtwin.scenarios.runner.job import Job, alone, open_job
+from armtwin.scenarios.runner.job import Job, locked, open_job
 from armtwin.scenarios.runner.run import run_stages
 from armtwin.scenarios.runner.stages import STAGES
 from armtwin.scenarios.scenario import read_scenario
@@ -26,6 +26,6 @@ def run_experiment(scenario: str, out: Path, workers: int = 2, *, quiet: bool = 
     except InputError as error:
         raise InputError(f"{scenario}: {error}") from None
     job = open_job(out, wanted)
-    with alone(job):
+    with locked(job):
         run_stages(job, STAGES, workers, quiet=quiet)
     return job

@@ -73,7 +73,7 @@ def open_job(out: Path, scenario: ScenarioFile) -> Job:
 
 
 @contextmanager
-def alone(job: Job) -> Iterator[None]:
+def locked(job: Job) -> Iterator[None]:
     """Hold the run's folder, and clear what a killed run, or this one's ended workers, left half written in it.
 
     Raises `InputError` where another process is at work there.

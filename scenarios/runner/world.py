@@ -10,7 +10,7 @@ import numpy as np
 from armtwin.models.arm import Arm, nominal_arm
 from armtwin.models.camera import Camera
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.catalogue.injection import later
+from armtwin.models.catalogue.injection import shifted_samples
 from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.kinematics import Deviation
 from armtwin.models.world import World, ideal_world
@@ -48,6 +48,6 @@ def build_world(scenario: ScenarioFile, samples_before: int = 0) -> World:
     )
     for effect in scenario.effects:
         known = effect_named(effect.name)
-        parameters = later(known.injected, effect.parameters, world.arm, samples_before)
+        parameters = shifted_samples(known.injected, effect.parameters, world.arm, samples_before)
         world = known.inject(world, parameters, joint=effect.joint, marker=effect.marker)
     return world

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,18 +14,18 @@ from armtwin.scenarios.scoring.judge import Judgement
 
 @dataclass(frozen=True)
 class Rate:
-    """`hits` of `of`; `least` and `most` bound the share that is wanted."""
+    """`hits` of `total`; `least` and `most` bound the share that is wanted."""
 
     title: str
     hits: int
-    of: int
+    total: int
     least: float = 0.0
     most: float = 1.0
 
     @property
     def share(self) -> float | None:
         """The rate, or None where there was nothing to count."""
-        return self.hits / self.of if self.of else None
+        return self.hits / self.total if self.total else None
 
     @property
     def met(self) -> bool | None:
@@ -90,7 +90,15 @@ def confusion(pairs: Sequence[tuple[str, str]]) -> dict[str, dict[str, int]]:
 
 def as_table(rate: Rate) -> Mapping[str, Any]:
     """Return a rate as data."""
-    return {**asdict(rate), "share": rate.share, "met": rate.met}
+    return {
+        "title": rate.title,
+        "hits": rate.hits,
+        "of": rate.total,
+        "least": rate.least,
+        "most": rate.most,
+        "share": rate.share,
+        "met": rate.met,
+    }
 
 
 def _count(judgements: Sequence[Judgement], what: str) -> int:

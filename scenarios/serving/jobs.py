@@ -146,10 +146,10 @@ def _calibrate(recording: Path, out: Path, tell: Callable[[str], None]) -> str:
 
 def _diagnose(recording: Path, out: Path, tell: Callable[[str], None]) -> str:
     from armtwin.models.recordings.reader import read_recording
-    from armtwin.scenarios.diagnosis.whole import story_of, write_story
+    from armtwin.scenarios.diagnosis.pipeline import report_on, write_report
     from armtwin.scenarios.diagnosis.words import headline
 
-    story = story_of(read_recording(recording), tell)
+    report = report_on(read_recording(recording), tell)
     tell("writing the report")
-    write_story(out, "the served bench's recording", story)
-    return f"{story.diagnosis.verdict.upper()}: {headline(story.diagnosis)}"
+    write_report(out, "the served bench's recording", report)
+    return f"{report.diagnosis.verdict.upper()}: {headline(report.diagnosis)}"

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from armtwin.models.arm import Arm
 from armtwin.models.camera import Camera, back_project, project
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.twin import Twin, rebuild
 from armtwin.models.world import World, ideal_world
 from armtwin.sim.physics.simulation import ArmSimulation

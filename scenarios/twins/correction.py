@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.models.catalogue.injection import later
+from armtwin.models.catalogue.injection import shifted_samples
 from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.errors import InputError
 from armtwin.models.kinematics import forward
@@ -174,7 +174,7 @@ def _world(twin: Twin) -> World:
     for effect in twin.effects:
         known = effect_named(effect.effect)
         if known.where in _OF_THE_ARM:
-            parameters = later(known.injected, effect.parameters, twin.arm, _AFTER_THE_RECORDING)
+            parameters = shifted_samples(known.injected, effect.parameters, twin.arm, _AFTER_THE_RECORDING)
             kept.append(replace(effect, parameters=parameters))
     return replace(rebuild(replace(twin, effects=tuple(kept))), waits_for_rest=True, picture_lag=0, detections=())
 

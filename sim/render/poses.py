@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.models.frames import R_ROBOT_BOARD
+from armtwin.models.coordinate_frames import R_ROBOT_BOARD
 from armtwin.sim.render.arm_scene import tip_in_last_link
 from armtwin.sim.render.solids import translation
 

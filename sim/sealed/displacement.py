@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from armtwin.models.camera import project
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.kinematics import Deviation, marker_positions
 from armtwin.models.plan import Plan
 from armtwin.models.world import World

@@ -22,7 +22,7 @@ from armtwin.calib.arm import algorithm_1, least_squares
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera import project
 from armtwin.models.camera_files import read_camera
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.kinematics import Deviation, inverse, marker_positions
 from armtwin.models.recordings.recording import Recording
 from armtwin.models.trajectories import paper_trajectories

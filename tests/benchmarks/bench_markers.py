@@ -26,7 +26,7 @@ from armtwin.calib.markers import DetectorConfig, Method, centre_bound, detect, 
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera import project
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.kinematics import inverse, marker_positions
 from armtwin.models.trajectories import circle
 from armtwin.sim.render.arm_scene import arm_parts

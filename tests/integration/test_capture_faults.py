@@ -30,8 +30,8 @@ from armtwin.hardware.capture.folder import CaptureFolder
 from armtwin.hardware.emulator import missing_packages
 from armtwin.hardware.link.servo_link import BoardResetError, LinkLostError
 from armtwin.models.camera import project
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.errors import JobError
-from armtwin.models.frames import robot_to_board
 from armtwin.models.kinematics import marker_positions
 from armtwin.models.plan import Plan, write_plan
 from armtwin.models.recordings.reader import read_recording

@@ -11,7 +11,7 @@ from armtwin.calib.markers import detect, identify
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera import Camera, project
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.kinematics import inverse, marker_positions
 from armtwin.models.lenses import Equidistant
 from armtwin.models.trajectories import circle

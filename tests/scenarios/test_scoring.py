@@ -146,10 +146,10 @@ def test_rates_count_what_they_say() -> None:
         judge(truth(kind="null"), said("none")),
     ]
     found = rates(answers)
-    assert (found["right"].hits, found["right"].of) == (1, 2)
-    assert (found["site"].hits, found["site"].of) == (0, 1)
-    assert (found["wrong"].hits, found["wrong"].of) == (1, 2)
-    assert (found["false_alarms"].hits, found["false_alarms"].of) == (0, 1)
+    assert (found["right"].hits, found["right"].total) == (1, 2)
+    assert (found["site"].hits, found["site"].total) == (0, 1)
+    assert (found["wrong"].hits, found["wrong"].total) == (1, 2)
+    assert (found["false_alarms"].hits, found["false_alarms"].total) == (0, 1)
     assert found["unknown"].share is None
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 
 from armtwin.models.camera import project
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.kinematics import Deviation, marker_positions
 from armtwin.sim.observe import make_angle_recording, make_recording, progress_of
 from tests.support.worlds import flat_world, scattered, upright_world

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera import Camera, project
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.kinematics import Deviation, marker_positions
 from armtwin.models.recordings.recording import Recording, make_samples
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from armtwin.calib.diagnosis.experiments.poses import (
-    Candidate,
+    CandidatePlan,
     Space,
     calibrate_again,
     camera_elsewhere,
@@ -22,7 +22,7 @@ from armtwin.calib.diagnosis.fit import Data, Fit
 from armtwin.models.camera import Camera
 from armtwin.models.catalogue.predict import Active, camera_path, marker_points
 from armtwin.models.catalogue.registry import Stage
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 
 Array = NDArray[np.float64]
 Found = list[dict[tuple[int, int], float]]
@@ -33,7 +33,7 @@ _SQUARE_MM = 23.0  # the printed board's, 9 x 6 inner corners
 _SIDEWAYS_RAD = np.radians(20.0)
 
 
-def hand_separation(data: Data, space: Space, groups: list[Rivals]) -> Iterator[tuple[Candidate, Found]]:
+def hand_separation(data: Data, space: Space, groups: list[Rivals]) -> Iterator[tuple[CandidatePlan, Found]]:
     """Yield each experiment by hand with the separations (in standard deviations) that it promises."""
     if space.context.camera is None:
         return
@@ -56,7 +56,7 @@ def hand_separation(data: Data, space: Space, groups: list[Rivals]) -> Iterator[
         yield candidate, found
 
 
-def _by_board(data: Data, candidate: Candidate, true: Fit, other: Fit) -> float:
+def _by_board(data: Data, candidate: CandidatePlan, true: Fit, other: Fit) -> float:
     """Distance of two models in one view of the board as the camera stands now, in their noise."""
     problem = data.problem
     assert problem.context.camera is not None
@@ -70,7 +70,7 @@ def _by_board(data: Data, candidate: Candidate, true: Fit, other: Fit) -> float:
     return float(np.linalg.norm(seen[0] - seen[1])) / data.noise
 
 
-def _by_gauge(data: Data, candidate: Candidate, true: Fit, other: Fit) -> float:
+def _by_gauge(data: Data, candidate: CandidatePlan, true: Fit, other: Fit) -> float:
     """Distance of two models in the seen lengths of a gauge at places that the markers visited, in their noise."""
     lengths = [_gauge_px(data, model, len(candidate.q_cmd)) for model in (true, other)]
     return float(np.linalg.norm(lengths[0] - lengths[1])) / (np.sqrt(2.0) * data.noise)
@@ -89,7 +89,7 @@ def _gauge_px(data: Data, model: Fit, places: int) -> Array:
     return np.asarray(np.linalg.norm(seen[:, :2] - seen[:, 2:], axis=-1).ravel())
 
 
-def _by_view(data: Data, candidate: Candidate, true: Fit, other: Fit) -> float:
+def _by_view(data: Data, candidate: CandidatePlan, true: Fit, other: Fit) -> float:
     """Distance of two models in a picture from the side, of which what the camera had been accused of is gone."""
     problem = data.problem
     camera = problem.context.camera

@@ -26,7 +26,7 @@ PAYLOAD_KG = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class CandidatePlan:
     """Poses that may be run after a recording: (K, n) commands, (K,) payload, and what a person has to do."""
 
     name: str
@@ -56,7 +56,7 @@ def space_of(context: Context) -> Space:
     return Space(context, np.stack([low - margin, high + margin], axis=-1))
 
 
-def reversal(space: Space, joint: int) -> Candidate:
+def reversal(space: Space, joint: int) -> CandidatePlan:
     """Fine steps of one joint after each of six reversals, three from either side."""
     low, high = space.ranges[joint]
     steps = _FINEST_STEP_RAD * 1.7 ** np.arange(8)
@@ -70,7 +70,7 @@ def reversal(space: Space, joint: int) -> Candidate:
     return _of_joint("reversal", space, joint, np.array(path), what)
 
 
-def growing_steps(space: Space, joint: int) -> Candidate:
+def growing_steps(space: Space, joint: int) -> CandidatePlan:
     """Steps there and back of one joint, each larger than the one before."""
     low, high = space.ranges[joint]
     middle, reach = 0.5 * (low + high), min(0.95 * 0.5 * (high - low), 0.5 * MAX_STEP_RAD)
@@ -79,7 +79,7 @@ def growing_steps(space: Space, joint: int) -> Candidate:
     return _of_joint("growing_steps", space, joint, middle + sizes * (-1.0) ** np.arange(len(sizes)), what)
 
 
-def fine_ramp(space: Space, joint: int) -> Candidate:
+def fine_ramp(space: Space, joint: int) -> CandidatePlan:
     """A slow ramp of one joint in steps far below a degree, upwards and back."""
     low, high = space.ranges[joint]
     middle = 0.5 * (low + high)
@@ -88,7 +88,7 @@ def fine_ramp(space: Space, joint: int) -> Candidate:
     return _of_joint("fine_ramp", space, joint, np.concatenate([up, up[::-1]]), what)
 
 
-def full_sweep(space: Space, joint: int) -> Candidate:
+def full_sweep(space: Space, joint: int) -> CandidatePlan:
     """One joint over all of its range, there and back."""
     low, high = space.ranges[joint]
     up = np.linspace(low, high, _POSES)
@@ -96,7 +96,7 @@ def full_sweep(space: Space, joint: int) -> Candidate:
     return _of_joint("full_sweep", space, joint, np.concatenate([up, up[::-1]]), what)
 
 
-def stretched_and_folded(space: Space, joint: int) -> Candidate:
+def stretched_and_folded(space: Space, joint: int) -> CandidatePlan:
     """Poses of the largest and of the smallest torque of gravity about a joint, by turns."""
     q = _scattered(space, 40 * _POSES)
     links, tip = space.context.masses_kg
@@ -104,34 +104,34 @@ def stretched_and_folded(space: Space, joint: int) -> Candidate:
     half = _POSES // 2
     picked = np.stack([order[:half], order[: -half - 1 : -1]], axis=-1).ravel()
     what = f"the arm is stretched and folded by turns, so that gravity's torque about joint {joint + 1} changes most"
-    return Candidate(f"stretched_and_folded_{joint + 1}", q[picked], np.zeros(len(picked)), what)
+    return CandidatePlan(f"stretched_and_folded_{joint + 1}", q[picked], np.zeros(len(picked)), what)
 
 
-def known_payload(space: Space) -> Candidate:
+def known_payload(space: Space) -> CandidatePlan:
     """The same poses without and with a known mass at the tip."""
     q = _scattered(space, _POSES)
     payload = np.repeat([0.0, PAYLOAD_KG], len(q))
     grams = round(1000 * PAYLOAD_KG)
     what = f"the same poses without and with {grams} g at the tip"
     do = (f"hang {grams} g at the tip when the plan's column payload_kg says so",)
-    return Candidate("known_payload", np.concatenate([q, q]), payload, what, do)
+    return CandidatePlan("known_payload", np.concatenate([q, q]), payload, what, do)
 
 
-def repeat_pose(space: Space) -> Candidate:
+def repeat_pose(space: Space) -> CandidatePlan:
     """One pose again and again, with others in between, so that only time can change what is seen."""
     away = _scattered(space, _POSES)
     q = np.stack([np.tile(space.rest, (len(away), 1)), away], axis=1).reshape(-1, away.shape[1])
-    return Candidate("repeat_pose", q, np.zeros(len(q)), "one pose is visited again and again between others")
+    return CandidatePlan("repeat_pose", q, np.zeros(len(q)), "one pose is visited again and again between others")
 
 
-def whole_picture(space: Space) -> Candidate:
+def whole_picture(space: Space) -> CandidatePlan:
     """Every corner of the joints' ranges and poses between them: as much of the picture as the arm can reach."""
     corners = np.array(list(product(*space.ranges)))[: 2 * _POSES]
     q = np.concatenate([corners, _scattered(space, _POSES)])
-    return Candidate("whole_picture", q, np.zeros(len(q)), "the markers are brought to every part of the picture")
+    return CandidatePlan("whole_picture", q, np.zeros(len(q)), "the markers are brought to every part of the picture")
 
 
-def camera_elsewhere(space: Space) -> Candidate:
+def camera_elsewhere(space: Space) -> CandidatePlan:
     """Scattered poses, to be seen from elsewhere by a camera that is calibrated anew."""
     q = _scattered(space, 2 * _POSES)
     do = (
@@ -139,10 +139,10 @@ def camera_elsewhere(space: Space) -> Candidate:
         "(armtwin calibrate-camera)",
         "run this plan as a recording of its own and diagnose it: a cause in the arm stays, one in the camera goes",
     )
-    return in_small_steps(Candidate("camera_elsewhere", q, np.zeros(len(q)), "the arm is seen from elsewhere", do))
+    return in_small_steps(CandidatePlan("camera_elsewhere", q, np.zeros(len(q)), "the arm is seen from elsewhere", do))
 
 
-def gauge_in_plane(space: Space) -> Candidate:
+def gauge_in_plane(space: Space) -> CandidatePlan:
     """The arm at rest, with a gauge of known length laid in its plane."""
     q = np.tile(space.rest, (4, 1))
     do = (
@@ -150,10 +150,10 @@ def gauge_in_plane(space: Space) -> Candidate:
         "measure its length in every picture: a wrong scale there is the camera's (focal_length, plane_offset), not "
         "the arm's",
     )
-    return Candidate("gauge_in_plane", q, np.zeros(len(q)), "a known length is seen in the arm's plane", do)
+    return CandidatePlan("gauge_in_plane", q, np.zeros(len(q)), "a known length is seen in the arm's plane", do)
 
 
-def calibrate_again(space: Space) -> Candidate:
+def calibrate_again(space: Space) -> CandidatePlan:
     """The arm at rest, and the camera's place calibrated once more by the board."""
     do = (
         "take new board views and calibrate the camera's place and lens anew, without touching it "
@@ -161,23 +161,25 @@ def calibrate_again(space: Space) -> Candidate:
         "compare with the calibration that the recording holds: a cause in the camera shows there, one in the arm does "
         "not; then record again with the new calibration",
     )
-    return Candidate("calibrate_again", space.rest[None], np.zeros(1), "the camera is held against the board again", do)
+    return CandidatePlan(
+        "calibrate_again", space.rest[None], np.zeros(1), "the camera is held against the board again", do
+    )
 
 
-_BY_JOINT: dict[str, Callable[[Space, int], Candidate]] = {
+_BY_JOINT: dict[str, Callable[[Space, int], CandidatePlan]] = {
     "reversal": reversal,
     "growing_steps": growing_steps,
     "fine_ramp": fine_ramp,
     "full_sweep": full_sweep,
     "stretched_and_folded": stretched_and_folded,
 }
-_BY_ARM: dict[str, Callable[[Space], Candidate]] = {
+_BY_ARM: dict[str, Callable[[Space], CandidatePlan]] = {
     "known_payload": known_payload,
     "repeat_pose": repeat_pose,
     "whole_picture": whole_picture,
 }
 # What has to be done by a person and cannot be appended to the recording.
-BY_HAND: dict[str, Callable[[Space], Candidate]] = {
+BY_HAND: dict[str, Callable[[Space], CandidatePlan]] = {
     "calibrate_again": calibrate_again,
     "gauge_in_plane": gauge_in_plane,
     "camera_elsewhere": camera_elsewhere,
@@ -186,7 +188,7 @@ _NEED_GRAVITY = ("stretched_and_folded", "known_payload")
 NAMES: tuple[str, ...] = (*_BY_JOINT, *_BY_ARM, *BY_HAND)
 
 
-def candidates(space: Space, joints: tuple[int, ...]) -> list[Candidate]:
+def candidates(space: Space, joints: tuple[int, ...]) -> list[CandidatePlan]:
     """List the plans that can be run on the bench as it stands; `joints` (from 0) are those in question."""
     usable = [name for name in (*_BY_JOINT, *_BY_ARM) if space.context.has_gravity or name not in _NEED_GRAVITY]
     found = [_BY_JOINT[name](space, joint) for name in usable if name in _BY_JOINT for joint in joints]
@@ -194,7 +196,7 @@ def candidates(space: Space, joints: tuple[int, ...]) -> list[Candidate]:
     return [in_small_steps(candidate) for candidate in found]
 
 
-def in_small_steps(candidate: Candidate) -> Candidate:
+def in_small_steps(candidate: CandidatePlan) -> CandidatePlan:
     """Put poses between those that are further apart than a bench allows in one step; they are recorded like others."""
     q, payload = [candidate.q_cmd[:1]], [candidate.payload_kg[:1]]
     for row in range(1, len(candidate.q_cmd)):
@@ -204,11 +206,11 @@ def in_small_steps(candidate: Candidate) -> Candidate:
     return replace(candidate, q_cmd=np.concatenate(q), payload_kg=np.concatenate(payload))
 
 
-def _of_joint(name: str, space: Space, joint: int, path: Array, what: str) -> Candidate:
+def _of_joint(name: str, space: Space, joint: int, path: Array, what: str) -> CandidatePlan:
     """The joint goes along `path` (K,), kept inside its range; the others rest."""
     q = np.tile(space.rest, (len(path), 1))
     q[:, joint] = np.clip(path, *space.ranges[joint])
-    return Candidate(f"{name}_{joint + 1}", q, np.zeros(len(path)), what)
+    return CandidatePlan(f"{name}_{joint + 1}", q, np.zeros(len(path)), what)
 
 
 def _scattered(space: Space, n: int) -> Array:

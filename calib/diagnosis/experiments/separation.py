@@ -19,7 +19,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.calib.diagnosis.experiments.poses import Candidate
+from armtwin.calib.diagnosis.experiments.poses import CandidatePlan
 from armtwin.calib.diagnosis.experiments.rivals import Rivals
 from armtwin.calib.diagnosis.fit import Data, Fit, fit
 from armtwin.calib.diagnosis.uncertainty import whitened
@@ -35,7 +35,7 @@ class Extended:
     n_old: int
 
 
-def extended(data: Data, candidate: Candidate, model: Fit) -> Extended:
+def extended(data: Data, candidate: CandidatePlan, model: Fit) -> Extended:
     """Append a candidate's poses to a recording; their observations are still unknown (NaN)."""
     problem, context = data.problem, data.problem.context
     n_old, n_new = len(context), len(candidate.q_cmd)
@@ -89,7 +89,10 @@ class _Refit:
         J, _, _ = whitened(data, model, parameters)
         old = int(at.data.counts[: at.n_old].sum()) * at.data.problem.observed.shape[-1]
         precision = np.concatenate(
-            [data.problem.prior_std**-2.0, *([p.prior_std**-2.0 for p in of if not p.scanned] for of in parameters)]
+            [
+                data.problem.prior_std**-2.0,
+                *([p.prior_std**-2.0 for p in declared if not p.scanned] for declared in parameters),
+            ]
         )
         self._J = J[old:]
         self._A = J.T @ J + np.diag(precision)

@@ -9,7 +9,7 @@ import pytest
 
 from armtwin.models.arm import Arm, nominal_arm
 from armtwin.models.camera import Camera, project
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.kinematics import Deviation, complex_links, inverse, link_angles, marker_positions
 from armtwin.models.lenses import PlumbBob
 from armtwin.models.recordings.recording import Recording

@@ -12,8 +12,8 @@ from armtwin.calib.diagnosis.diagnosis import diagnose
 from armtwin.calib.diagnosis.experiment import propose
 from armtwin.models.camera import project
 from armtwin.models.camera_files import nominal_camera
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.errors import RecordingError
-from armtwin.models.frames import robot_to_board
 from armtwin.models.kinematics import marker_positions
 from armtwin.models.lenses import Equidistant
 from armtwin.models.recordings.reader import read_recording

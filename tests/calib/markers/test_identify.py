@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from armtwin.calib.markers import Disc, MarkerReading, identify
 from armtwin.models.arm import Arm, nominal_arm
 from armtwin.models.camera import Camera, project, project_jacobian
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.kinematics import Deviation, marker_positions
 
 Array = NDArray[np.float64]

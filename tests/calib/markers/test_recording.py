@@ -12,8 +12,8 @@ import pytest
 from armtwin.calib.markers import measure_frames, measure_recording
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera import Camera, project
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.errors import RecordingError
-from armtwin.models.frames import robot_to_board
 from armtwin.models.kinematics import marker_positions
 from armtwin.models.recordings.recording import Recording, make_samples
 from tests.support.discs import PLANE_MM, draw_discs, take

@@ -13,7 +13,7 @@ from armtwin.calib.setup.screen import screen
 from armtwin.models.arm import Arm, nominal_arm
 from armtwin.models.camera import project
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.kinematics import Deviation, marker_positions
 from armtwin.models.recordings.recording import Recording, make_samples
 

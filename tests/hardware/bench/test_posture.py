@@ -5,7 +5,7 @@ from armtwin.hardware.bench.posture import joint_angles, link_vectors_mm
 from armtwin.models.arm import Arm, nominal_arm
 from armtwin.models.camera import project
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.kinematics import marker_positions
 
 PLANE_Z_MM = -80.87

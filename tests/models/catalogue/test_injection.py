@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 from armtwin.models.arm import Arm, nominal_arm
-from armtwin.models.catalogue.injection import Injected, Stated, checked, later, other_marker, sample, samples, switch
+from armtwin.models.catalogue.injection import (
+    Injected,
+    Stated,
+    checked,
+    other_marker,
+    sample,
+    samples,
+    shifted_samples,
+    switch,
+)
 from armtwin.models.catalogue.registry import Site, catalogue, effect_named
 from armtwin.models.errors import InputError
 from tests.support.contexts import context_of
@@ -116,8 +125,8 @@ def test_an_effect_sits_where_its_kind_sits(where: Any, joint: Any, marker: Any,
 
 def test_in_a_later_recording_what_was_to_happen_has_happened() -> None:
     parameters = {"width_rad": 0.2, "from_sample": 12, "samples": [3, 10, 14]}
-    assert later(TAKEN, parameters, ARM, 10) == {"width_rad": 0.2, "from_sample": 2, "samples": [0, 4]}
-    assert later(TAKEN, parameters, ARM, 20) == {"width_rad": 0.2, "from_sample": 0, "samples": []}
+    assert shifted_samples(TAKEN, parameters, ARM, 10) == {"width_rad": 0.2, "from_sample": 2, "samples": [0, 4]}
+    assert shifted_samples(TAKEN, parameters, ARM, 20) == {"width_rad": 0.2, "from_sample": 0, "samples": []}
 
 
 @pytest.mark.parametrize("name", sorted(catalogue()))

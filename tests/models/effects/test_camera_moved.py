@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from armtwin.models.camera import Camera, project
 from armtwin.models.catalogue.predict import marker_points
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 from tests.support.contexts import BASE_MM, active, context_of, drawn, pixels
 
 BUMP = [0.01, -0.004, 0.006, 1.5, -2.0, 3.0]

@@ -9,8 +9,8 @@ import pytest
 from armtwin.models.arm import nominal_arm, read_arm
 from armtwin.models.camera import project
 from armtwin.models.camera_files import read_camera
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.errors import InputError
-from armtwin.models.frames import robot_to_board
 from armtwin.models.kinematics import Deviation, forward, inverse, marker_positions
 from armtwin.models.recordings.recording import Recording
 from armtwin.models.recordings.writer import write_recording

@@ -3,7 +3,7 @@ import signal
 
 import pytest
 
-from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c, held_back
+from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c, interrupts_deferred
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
@@ -30,7 +30,7 @@ def test_ctrl_c_in_the_middle_of_an_import_comes_behind_it() -> None:
     imported = []
 
     def start() -> None:
-        with held_back():
+        with interrupts_deferred():
             try:
                 os.kill(os.getpid(), signal.SIGINT)
             except KeyboardInterrupt:  # as a package does that takes it for a missing one

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from armtwin.models.errors import InputError
-from armtwin.scenarios.runner.job import alone, open_job
+from armtwin.scenarios.runner.job import locked, open_job
 from armtwin.scenarios.scenario import read_scenario
 
 
@@ -36,7 +36,7 @@ def test_a_file_in_the_place_of_the_folder_is_refused(tmp_path: Path) -> None:
 
 def test_two_runs_in_one_folder_are_refused(tmp_path: Path) -> None:
     job = open_job(tmp_path / "out", read_scenario("geometric"))
-    with alone(job), pytest.raises(InputError, match="another armtwin is at work"), alone(job):
+    with locked(job), pytest.raises(InputError, match="another armtwin is at work"), locked(job):
         pass
 
 
@@ -49,5 +49,5 @@ def test_what_a_killed_run_left_half_written_is_cleared(tmp_path: Path) -> None:
     job = open_job(tmp_path / "out", read_scenario("geometric"))
     (job.recordings / "before" / ".frames.abc.part").mkdir(parents=True)
     (job.out / ".results.json.abc.part").write_text("{")
-    with alone(job):
+    with locked(job):
         assert not list(job.out.rglob(".*.part"))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from armtwin.models.camera import project
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.errors import InputError
-from armtwin.models.frames import robot_to_board
 from armtwin.models.world import World
 from armtwin.sim.observe import make_recording, pixels_of
 from armtwin.sim.physics.simulation import ArmSimulation, simulate

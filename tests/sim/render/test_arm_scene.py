@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from armtwin.models.arm import nominal_arm
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.errors import InputError
-from armtwin.models.frames import robot_to_board
 from armtwin.models.kinematics import marker_positions
 from armtwin.sim.render import arm_parts, marker_bodies, planar_arm_poses, robot_bodies_on_board
 

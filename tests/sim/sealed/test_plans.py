@@ -4,7 +4,7 @@ import pytest
 from armtwin.models.arm import Arm, nominal_arm
 from armtwin.models.camera import project
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.frames import robot_to_board
+from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.kinematics import marker_positions
 from armtwin.sim.sealed.plans import draw_plan
 from tests.support.worlds import BASE_MM, PLANE_MM

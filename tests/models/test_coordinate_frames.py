@@ -3,7 +3,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from armtwin.models.frames import R_ROBOT_BOARD, board_to_robot, robot_to_board
+from armtwin.models.coordinate_frames import R_ROBOT_BOARD, board_to_robot, robot_to_board
 
 numbers = st.floats(-1e3, 1e3)
 points = arrays(float, (7, 3), elements=numbers)

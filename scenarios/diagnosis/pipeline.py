@@ -17,14 +17,14 @@ from armtwin.scenarios.diagnosis.files import written_together
 from armtwin.scenarios.diagnosis.findings import twin_comment, twin_of
 from armtwin.scenarios.diagnosis.report import diagnosis_page
 from armtwin.scenarios.diagnosis.resimulate import compare
-from armtwin.scenarios.diagnosis.sections import Story
+from armtwin.scenarios.diagnosis.sections import DiagnosisReport
 from armtwin.scenarios.diagnosis.table import diagnosis_table
 
 # The poses of the proposed experiment, as a plan that a bench can run.
 NEXT_PLAN = "next_experiment.csv"
 
 
-def story_of(recording: Recording, tell: Callable[[str], None] = lambda _: None) -> Story:
+def report_on(recording: Recording, tell: Callable[[str], None] = lambda _: None) -> DiagnosisReport:
     """Screen a recording for gross errors of its set-up, diagnose it without them, and design the next experiment.
 
     `tell` hears what is being done. Raises `RecordingError` where nothing can be decided.
@@ -36,14 +36,14 @@ def story_of(recording: Recording, tell: Callable[[str], None] = lambda _: None)
     tell("re-simulating the recording with the extended twin")
     again = compare(found, twin_of(found), recording)
     tell("designing the next experiment")
-    return Story(found, again, propose(found), notes_on(recording), screened)
+    return DiagnosisReport(found, again, propose(found), notes_on(recording), screened)
 
 
-def write_story(folder: Path, name: str, story: Story) -> None:
+def write_report(folder: Path, name: str, report: DiagnosisReport) -> None:
     """Write diagnosis.json, report.html, twin.toml and, where causes tie, next_experiment.csv; all or none of them."""
     with written_together(folder) as aside:
-        write_json(aside / "diagnosis.json", diagnosis_table(story.diagnosis, story.experiment, story.screened))
-        write_text(aside / "report.html", diagnosis_page(name, story))
-        write_twin(aside / "twin.toml", twin_of(story.diagnosis), twin_comment(story.diagnosis))
-        if story.experiment is not None:
-            write_plan(aside / NEXT_PLAN, story.experiment.plan)
+        write_json(aside / "diagnosis.json", diagnosis_table(report.diagnosis, report.experiment, report.screened))
+        write_text(aside / "report.html", diagnosis_page(name, report))
+        write_twin(aside / "twin.toml", twin_of(report.diagnosis), twin_comment(report.diagnosis))
+        if report.experiment is not None:
+            write_plan(aside / NEXT_PLAN, report.experiment.plan)
