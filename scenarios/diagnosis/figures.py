@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
-from plotly.subplots import make_subplots
 
 from armtwin.calib.diagnosis.diagnosis import Diagnosis
 from armtwin.scenarios.diagnosis.ranking import Ranked
@@ -26,32 +25,33 @@ _MOST_ARROWS = 260
 # Head of an arrow: its strokes' length against the shaft's, and their angle to it.
 _HEAD, _HEAD_RAD = 0.28, 0.45
 _SPREAD = 0.16
-_PLAIN = {"template": "plotly_white", "showlegend": False, "margin": {"l": 60, "r": 10, "t": 40, "b": 50}}
+# Percent to the right end of an axis that leaves room for a bar's value and a word on a phone.
+_BAR_AND_WORD = 190
+# Likewise on a logarithmic axis, as a share of its length.
+_ROOM = 0.6
 _TAG = {"before": "before: calibrated geometry", "after": "after: extended twin"}
 
 
-def arrows(before: Remainder, after: Remainder | None) -> tuple[go.Figure, float]:
+def arrows(before: Remainder, after: Remainder | None) -> tuple[list[go.Figure], float]:
     """Return the residuals of every marker as arrows in the robot's plane, and the factor that enlarges all of them."""
     assert before.points_mm is not None
     sizes = np.linalg.norm(before.miss_mm, axis=-1)
     sizes = sizes[np.isfinite(sizes)]
     factor = _round_down(_ARROW_MM / max(float(np.percentile(sizes, 97)), 1e-6)) if len(sizes) else 1.0
-    panels = [(_TAG["before"], before, BEFORE)] + ([] if after is None else [(_TAG["after"], after, AFTER)])
-    titles = [title for title, _, _ in panels]
-    fig = make_subplots(1, len(panels), shared_yaxes=True, horizontal_spacing=0.03, subplot_titles=titles)
+    panels = [("before", before, BEFORE)] + ([] if after is None else [("after", after, AFTER)])
     rows = np.unique(np.linspace(0, len(before.miss_mm) - 1, _MOST_ARROWS).round().astype(int))
-    line = {"width": 1.2}
-    for column, (_, shown, colour) in enumerate(panels, start=1):
+    figures = []
+    for name, shown, colour in panels:
         # Both at the same places: a camera that is thought to stand elsewhere moves the whole arm with it.
         at, miss = before.points_mm[rows].reshape(-1, 2), shown.miss_mm[rows].reshape(-1, 2)
         x, y = _strokes(at[:, 0] + 1j * at[:, 1], factor * (miss[:, 0] + 1j * miss[:, 1]))
-        here = {"row": 1, "col": column}
-        fig.add_scatter(x=x, y=y, mode="lines", line={**line, "color": colour}, hoverinfo="skip", **here)
-        fig.update_xaxes(title="x, mm", range=_range(before.points_mm[..., 0]), constrain="domain", **here)
-        fig.update_yaxes(range=_range(before.points_mm[..., 1]), scaleanchor=f"x{column}", **here)
-    fig.update_yaxes(title="y, mm", row=1, col=1)
-    fig.update_layout(height=520, **_PLAIN)
-    return fig, factor
+        fig = figure("x, mm", "y, mm", height=480, title=_TAG[name])
+        fig.add_scatter(x=x, y=y, mode="lines", line={"width": 1.2, "color": colour}, hoverinfo="skip")
+        fig.update_xaxes(range=_range(before.points_mm[..., 0]), constrain="domain")
+        fig.update_yaxes(range=_range(before.points_mm[..., 1]), scaleanchor="x", constrain="domain")
+        fig.update_layout(showlegend=False)
+        figures.append(fig)
+    return figures, factor
 
 
 def residual_figure(shown: ResidualPlot) -> go.Figure:
@@ -63,26 +63,24 @@ def residual_figure(shown: ResidualPlot) -> go.Figure:
     return fig
 
 
-def residual_figures(plots: Sequence[ResidualPlot]) -> go.Figure:
-    """Return the other plots as small ones, side by side."""
-    rows = (len(plots) + 1) // 2
-    titles = [f"{shown.ordinate.against}: {_shares(shown)}" for shown in plots]
-    fig = make_subplots(rows, 2, subplot_titles=titles, vertical_spacing=0.32 / rows, horizontal_spacing=0.11)
-    for number, shown in enumerate(plots):
-        row, column = number // 2 + 1, number % 2 + 1
+def residual_figures(plots: Sequence[ResidualPlot]) -> list[go.Figure]:
+    """Return the other plots as small ones."""
+    figures = []
+    for shown in plots:
+        title = f"{shown.ordinate.against}: {_shares(shown)}"
+        fig = figure(shown.ordinate.title, shown.component.title, height=330, title=title)
         for trace in _residual_traces(shown, with_legend=False):
-            fig.add_trace(trace, row=row, col=column)
-        fig.update_xaxes(title=shown.ordinate.title, title_font_size=12, row=row, col=column)
-        fig.update_yaxes(title=shown.component.title, title_font_size=12, row=row, col=column)
-        _directions(fig, shown, row=row, col=column)
-    fig.update_layout(height=330 * rows, **_PLAIN)
-    return fig
+            fig.add_trace(trace)
+        _directions(fig, shown)
+        fig.update_layout(showlegend=False)
+        figures.append(fig)
+    return figures
 
 
 def candidates(ranked: Sequence[Ranked]) -> go.Figure:
     """Return how much of what was to be explained each effect alone explains, fitted jointly with the geometry."""
     colours = {"named": AFTER, "tied": COLOURS["drawing"], "": "#c4c4c4"}
-    fig = figure("explained by this effect alone, %", "", height=120 + 26 * len(ranked))
+    fig = figure("explained alone, %", "", height=120 + 26 * len(ranked))
     shown = list(reversed(ranked))
     fig.add_bar(
         x=[100.0 * one.explained_share for one in shown],
@@ -93,8 +91,9 @@ def candidates(ranked: Sequence[Ranked]) -> go.Figure:
         textposition="outside",
         cliponaxis=False,
     )
-    fig.update_xaxes(range=[0, 118])
-    fig.update_layout(margin={"l": 210}, showlegend=False)
+    fig.update_xaxes(range=[0, _BAR_AND_WORD], tickvals=[0, 50, 100])
+    fig.update_yaxes(tickfont_size=11)
+    fig.update_layout(margin={"l": 170}, showlegend=False)
     return fig
 
 
@@ -108,7 +107,7 @@ def held_out_bars(diagnosis: Diagnosis, resimulated_mm: float) -> go.Figure:
         ("twin in MuJoCo", resimulated_mm, AFTER),
     ]
     bars = [bar for bar in bars if np.isfinite(bar[1]) and bar[1] > 0]
-    fig = figure("RMS error on held-out poses, mm (logarithmic)", "", height=270)
+    fig = figure("held-out RMS, mm", "", height=270)
     for name, value, colour in reversed(bars):
         fig.add_bar(
             x=[value], y=[name], orientation="h", marker_color=colour, text=f"  {value:.3g} mm", textposition="outside"
@@ -119,8 +118,11 @@ def held_out_bars(diagnosis: Diagnosis, resimulated_mm: float) -> go.Figure:
     fig.add_annotation(x=np.log10(floor), y=1.0, yref="paper", yanchor="bottom", showarrow=False, text="noise floor")
     least = min([floor, *(value for _, value, _ in bars)])
     most = max([floor, *(value for _, value, _ in bars)])
-    fig.update_xaxes(type="log", range=[np.log10(least) - 0.4, np.log10(most) + 0.5], dtick=1)
-    fig.update_layout(showlegend=False, margin={"l": 180})
+    fig.update_xaxes(
+        type="log", range=[np.log10(least) - 0.4, np.log10(most) + _ROOM * np.log10(most / least) + 0.3], dtick=1
+    )
+    fig.update_yaxes(tickfont_size=11)
+    fig.update_layout(showlegend=False, margin={"l": 125})
     return fig
 
 
@@ -165,9 +167,9 @@ def _residual_traces(shown: ResidualPlot, with_legend: bool) -> list[go.Scatter]
     return traces
 
 
-def _directions(fig: go.Figure, shown: ResidualPlot, **at: int) -> None:
+def _directions(fig: go.Figure, shown: ResidualPlot) -> None:
     if shown.ordinate.is_direction:
-        fig.update_xaxes(tickvals=list(DIRECTIONS), ticktext=list(DIRECTIONS.values()), range=[-1.6, 1.6], **at)
+        fig.update_xaxes(tickvals=list(DIRECTIONS), ticktext=list(DIRECTIONS.values()), range=[-1.6, 1.6])
 
 
 def _strokes(

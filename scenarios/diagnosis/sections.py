@@ -18,7 +18,7 @@ from armtwin.scenarios.diagnosis.remainder import Remainder, remainder, sighting
 from armtwin.scenarios.diagnosis.resimulate import Resimulation
 from armtwin.scenarios.diagnosis.structure import ResidualPlot, residual_plots
 from armtwin.scenarios.diagnosis.words import gain, missed, parameter_rows, site_words, what_next, why_tied
-from armtwin.scenarios.report.section import Cell, Section, fold, number, plot, prose, table, with_std
+from armtwin.scenarios.report.section import Cell, Section, fold, number, plot, plots, prose, table, with_std
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,7 +123,7 @@ def _where(before: Remainder, after: Remainder | None) -> Section:
         "Where the twin is wrong",
         "Each arrow leads from where the twin puts a marker to where it was seen.",
         (
-            plot(
+            plots(
                 figure,
                 f"Arrows {factor:g} times enlarged{sides}. Noise points anywhere; a cause has a pattern.",
             ),
@@ -142,7 +142,7 @@ def _structure(diagnosis: Diagnosis, shown: Sequence[ResidualPlot]) -> Section:
     ]
     if len(shown) > 1:
         blocks.append(
-            plot(
+            plots(
                 figures.residual_figures(shown[1:]),
                 "Against everything else that could matter; of all markers and joints the one that shows most. The "
                 "percentages are the shares of the variance that follow it, before → after.",
