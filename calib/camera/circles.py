@@ -1,7 +1,8 @@
-"""Grids of circles, symmetric or not, by OpenCV's detector.
+"""Grids of circles, symmetric or not: OpenCV's detector tells them apart, the markers' measures them.
 
-What is found is the centre of each circle's picture, which a tilt and a lens move off the picture of its centre; with
-circles of a third of their spacing that is some hundredths of a pixel in a webcam's picture.
+What is measured is the centre of a circle's picture, which tilt and lens move off the picture of the circle's centre,
+by tenths of a pixel where circles are large (OpenCV's issue 7312). How far follows from their size, which is measured,
+and from the camera: `centred` takes it off once there is a first fit.
 """
 
 from __future__ import annotations
@@ -16,9 +17,17 @@ from numpy.typing import NDArray
 from armtwin.calib.camera.board import check_square, columns_and_rows
 from armtwin.calib.camera.charuco import y_slope_px
 from armtwin.calib.camera.corners import Corners, reduced
+from armtwin.calib.camera.fit import CameraCalibration
+from armtwin.calib.markers.disc import DetectorConfig, Disc
+from armtwin.calib.markers.subpixel import detect_subpixel
+from armtwin.models.camera import project
 
 Array = NDArray[np.float64]
 Gray = NDArray[np.uint8]
+
+
+# Points of a circle that its picture is computed from.
+_RIM_POINTS = 90
 
 
 @dataclass(frozen=True)
@@ -74,7 +83,7 @@ class CircleGrid:
             seen, centres = cv2.findCirclesGrid(small, size, flags=flags)
             if seen:
                 places = (np.asarray(centres, dtype=float).reshape(-1, 2) + 0.5) * scale - 0.5
-                return Corners(name, self._right_handed(places))
+                return self._measured(name, image, self._right_handed(places))
         return None
 
     def points_of(self, view: Corners) -> Array:
@@ -104,3 +113,55 @@ class CircleGrid:
         if (grid[-1] - grid[0])[:, 1].mean() < 0.0:  # the grid does not tell its ends apart; people hold it upright
             grid = grid[::-1, ::-1]
         return grid.reshape(-1, 2)
+
+    def _measured(self, name: str, image: Gray, places: Array) -> Corners:
+        """Centres of the circles' outlines where the markers' detector sees them, else as they were found."""
+        discs = _discs(image, places)
+        pixels = np.array([place if disc is None else disc.centre for place, disc in zip(places, discs, strict=True)])
+        H, _ = cv2.findHomography(self.points_mm[:, :2], pixels)
+        radii = []
+        for point, disc in zip(self.points_mm, discs, strict=True):
+            if disc is not None:
+                area = abs(np.linalg.det(H) / float(H[2] @ [*point[:2], 1.0]) ** 3)  # px^2 of a mm^2 there
+                radii.append(np.sqrt(np.prod(disc.axes) / area))
+        return Corners(name, pixels, radius_mm=float(np.median(radii)) if radii else 0.0)
+
+
+def centred(fit: CameraCalibration) -> tuple[Corners, ...]:
+    """Return the views of a first fit with the circles' own centres instead of their pictures'."""
+    angle = np.linspace(0.0, 2.0 * np.pi, _RIM_POINTS, endpoint=False)
+    rim = np.stack([np.cos(angle), np.sin(angle), np.zeros(_RIM_POINTS)], axis=1)
+    views = []
+    for view, pose in zip(fit.views, fit.poses, strict=True):
+        camera = replace(fit.camera, R_board_camera=cv2.Rodrigues(pose[:3])[0], t_board_camera_mm=pose[3:])
+        points = fit.board.points_of(view)
+        outline = project(camera, points[:, None] + view.radius_mm * rim)
+        pixels = view.pixels - (_centroids(outline) - project(camera, points))
+        views.append(replace(view, pixels=pixels))
+    return tuple(views)
+
+
+def _centroids(outlines: Array) -> Array:
+    """(N, 2) centroids of the areas within (N, M, 2) outlines (Green's theorem); of a point, the point."""
+    origin = outlines.mean(axis=1)
+    p = outlines - origin[:, None]
+    q = np.roll(p, -1, axis=1)
+    cross = p[..., 0] * q[..., 1] - p[..., 1] * q[..., 0]
+    area = 3.0 * cross.sum(axis=1)
+    moment = ((p + q) * cross[..., None]).sum(axis=1)
+    return np.where(np.abs(area)[:, None] > 1e-12, origin + moment / np.where(area == 0.0, 1.0, area)[:, None], origin)
+
+
+def _discs(image: Gray, places: Array) -> list[Disc | None]:
+    """The dark disc at each of (N, 2) places, None where none is seen whole."""
+    away = np.linalg.norm(places[:, None] - places[None], axis=-1)
+    np.fill_diagonal(away, np.inf)
+    spacing = float(away.min())
+    config = DetectorConfig(min_radius_px=3.0, max_radius_px=max(0.6 * float(np.median(away.min(axis=1))), 4.0))
+    discs = [disc for disc in detect_subpixel(255 - image, None, 0.0, config) if disc.is_whole]
+    if not discs:
+        return [None] * len(places)
+    centres = np.array([disc.centre for disc in discs])
+    nearest = np.linalg.norm(places[:, None] - centres[None], axis=-1)
+    best = nearest.argmin(axis=1)
+    return [discs[k] if nearest[i, k] < 0.3 * spacing else None for i, k in enumerate(best)]

@@ -47,12 +47,14 @@ class Corners:
         name: for people.
         pixels: (N, 2) raw pixels.
         ids: (N,) which of the board's points they are; None for all of them in their order.
+        radius_mm: of the circles of which the pixels are the outlines' centres; 0 for points.
 
     """
 
     name: str
     pixels: Array
     ids: NDArray[np.int_] | None = None
+    radius_mm: float = 0.0
 
 
 def find_corners(image: Gray, board: Board, window_px: int | None = None, thorough: bool = True) -> Array | None:

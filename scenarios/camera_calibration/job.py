@@ -14,6 +14,7 @@ from rich.progress import Progress
 from armtwin.calib.camera import MODELS, Board, CameraCalibration, CameraModel, Corners, calibrate_camera
 from armtwin.calib.camera.board import MIN_CORNERS
 from armtwin.calib.camera.charuco import dictionary_seen
+from armtwin.calib.camera.circles import centred
 from armtwin.calib.camera.comparison import Comparison, compare_models
 from armtwin.calib.camera.corners import find_corners
 from armtwin.calib.camera.fit import MIN_VIEWS
@@ -129,6 +130,9 @@ def calibrate_views(seen: Views, found: Found, reference: str | None = None, mod
     if len(seen.views) < MIN_VIEWS:
         raise InputError(_too_few(seen, found))
     at = seen.index(reference)
+    if any(view.radius_mm for view in seen.views):
+        first = calibrate_camera(seen.views, seen.target, seen.size, at)
+        seen = replace(seen, target=first.board, views=centred(first))
     comparison = compare_models(seen.views, seen.target, seen.size)
     chosen = _chosen(model, comparison)
     fit = calibrate_camera(seen.views, seen.target, seen.size, at, chosen)

@@ -8,7 +8,7 @@ import pytest
 
 from armtwin.calib.camera import Board, calibrate_camera, find_corners
 from armtwin.calib.camera.charuco import DICTIONARIES, CharucoTarget, dictionary_seen
-from armtwin.calib.camera.circles import CircleGrid
+from armtwin.calib.camera.circles import CircleGrid, centred
 from armtwin.models.errors import InputError
 
 K = np.array([[900.0, 0.0, 644.0], [0.0, 900.0, 355.0], [0.0, 0.0, 1.0]])
@@ -96,18 +96,23 @@ def test_corners_of_a_large_photograph_are_found_in_a_small_one_and_refined_in_t
 
 @pytest.mark.parametrize("grid", [CircleGrid(7, 5, 30.0), CircleGrid(4, 9, 20.0, staggered=True)], ids=str)
 def test_circles_are_found_and_give_the_camera(grid):
-    views = []
+    views, truths = [], []
     for i, tilt in enumerate(TILTS):
         picture, truth = circle_picture(grid, tilt)
         view = grid.find(f"view {i}", picture)
         assert view is not None
         away = np.linalg.norm(view.pixels[:, None] - truth[None], axis=-1)
         # The middle of a tilted circle's picture is off the picture of its middle by tenths of a pixel at this size.
-        assert away.min(axis=1).max() < 0.5
+        assert away.min(axis=1).max() < 0.3
+        assert view.radius_mm == pytest.approx(0.3 * grid.square_mm, rel=0.03)
         views.append(view)
+        truths.append(truth)
+    views = centred(calibrate_camera(views, grid, SIZE))
+    for view, truth in zip(views, truths, strict=True):
+        assert np.linalg.norm(view.pixels[:, None] - truth[None], axis=-1).min(axis=1).max() < 0.05
     fit = calibrate_camera(views, grid, SIZE)
-    np.testing.assert_allclose(fit.camera.K[[0, 1], [0, 1]], 900.0, rtol=0.01)
-    assert fit.rms_px < 0.3
+    np.testing.assert_allclose(fit.camera.K[[0, 1], [0, 1]], 900.0, rtol=0.0005)
+    assert fit.rms_px < 0.02
     assert fit.camera.R_board_camera[1, 1] < 0.0
 
 
