@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 Gray = NDArray[np.uint8]
 
 
+# Blobs beside the grid's own: with more, OpenCV's search for a grid in them takes a second and soon minutes.
+_MOST_BLOBS = 300
 # Points of a circle that its picture is computed from.
 _RIM_POINTS = 90
 
@@ -77,6 +79,8 @@ class CircleGrid:
     def find(self, name: str, image: Gray, window_px: int | None = None, thorough: bool = True) -> Corners | None:
         """Find all circles in a picture, dark on light; None where they are not all seen."""
         small, scale = reduced(image)
+        if len(cv2.SimpleBlobDetector.create().detect(small)) > _MOST_BLOBS + 2 * self.n_corners:
+            return None
         size = (self.columns, self.rows)
         kind = cv2.CALIB_CB_ASYMMETRIC_GRID if self.staggered else cv2.CALIB_CB_SYMMETRIC_GRID
         for flags in (kind, kind | cv2.CALIB_CB_CLUSTERING):
