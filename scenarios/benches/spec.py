@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
+from urllib.parse import urlsplit
 
 from pydantic import Field
 
@@ -105,7 +106,7 @@ def _by_word_or_file(said: str, token: str | None) -> BenchSpec:
     if path.suffix == ".toml" or path.is_file():
         return _in_file(path, token)
     hint = nearest(said, [SIMULATED, EMULATED, *builtin_scenarios()])
-    raise InputError(f"--bench: '{said[:80]}' is no bench{hint}; {KINDS} is wanted")
+    raise InputError(f"--bench: '{said[:80]}' is no bench; {KINDS} is wanted{hint}")
 
 
 def _in_file(path: Path, token: str | None) -> BenchSpec:
@@ -127,6 +128,12 @@ def _in_file(path: Path, token: str | None) -> BenchSpec:
 
 
 def _remote(url: str, token: str | None) -> RemoteSpec:
+    try:
+        host = urlsplit(url).hostname
+    except ValueError:  # half an IPv6 address
+        host = None
+    if not host:
+        raise InputError(f"--bench: '{url[:80]}' is no address of a served bench; http://HOST:PORT/ is wanted")
     if not token:
         raise InputError(f"--token: {url[:80]} asks for the one that `armtwin serve` printed (or set ARMTWIN_TOKEN)")
     return RemoteSpec(url, token)

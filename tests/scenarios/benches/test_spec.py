@@ -50,7 +50,9 @@ def test_a_bench_file_without_a_kind_is_a_hardware_bench(bench_table, write_benc
 @pytest.mark.parametrize(
     ("said", "message"),
     [
-        ("emulate", r"'emulate' is no bench.*'emulated'.*a bench file \(TOML\), or the address"),
+        ("emulate", r"'emulate' is no bench.*a bench file \(TOML\), or the address.*did you mean 'emulated'"),
+        ("http://", r"'http://' is no address of a served bench; http://HOST:PORT/ is wanted"),
+        ("http://[::1/", r"is no address of a served bench"),
         ("missing.toml", r"missing.toml: no such file"),
         ("http://127.0.0.1:1/", r"--token: http://127.0.0.1:1/ asks for the one that `armtwin serve` printed"),
     ],
