@@ -98,34 +98,34 @@ def _add_page(app: FastAPI) -> None:
 
 
 def _add_bench(app: FastAPI, visit: Visit) -> None:
-    live, source = visit.live, visit.source
+    live, source, what = visit.live, visit.source, visit.source.description
 
     @app.get("/api/bench")
     def bench() -> BenchInfo:
         """Say what is served."""
-        limits = source.limits
+        limits = what.limits
         pairs = zip(limits.min_rad.tolist(), limits.max_rad.tolist(), strict=True)
         header = {
-            "arm": arm_table(source.arm),
-            "camera": camera_table(source.camera),
-            "arm_plane_z_mm": source.plane_z_mm,
+            "arm": arm_table(what.arm),
+            "camera": camera_table(what.camera),
+            "arm_plane_z_mm": what.arm_plane_z_mm,
         }
         return BenchInfo(
-            kind=source.kind,
+            kind=what.kind,
             title=source.title,
             version=version("armtwin"),
-            arm=arm_table(source.arm),
+            arm=arm_table(what.arm),
             joints=[JointInfo(min_rad=low, max_rad=high) for low, high in pairs],
             max_step_rad=float(limits.max_step_rad),
-            image_width=source.camera.image_width,
-            image_height=source.camera.image_height,
-            marker_names=list(source.arm.marker_names),
-            link_lengths_mm=source.arm.link_lengths_mm.tolist(),
+            image_width=what.camera.image_width,
+            image_height=what.camera.image_height,
+            marker_names=list(what.arm.marker_names),
+            link_lengths_mm=what.arm.link_lengths_mm.tolist(),
             start_rad=next(iter(source.plans.values())).q_cmd[0].tolist(),
             plans={name: len(plan) for name, plan in source.plans.items()},
             takes_faults=source.takes_faults,
-            hangs_loads=source.hangs_loads,
-            actuation=dict(source.actuation),
+            hangs_loads=what.hangs_loads,
+            actuation=dict(what.actuation),
             recording_header=header,
         )
 
@@ -190,14 +190,14 @@ def _add_bench(app: FastAPI, visit: Visit) -> None:
     @app.get("/api/effects")
     def effects() -> list[dict[str, Any]]:
         """List the faults that can be put into a simulated bench, with parameters, units and bounds."""
-        return [declaration(effect, source.arm) for effect in catalogue().values()] if source.takes_faults else []
+        return [declaration(effect, what.arm) for effect in catalogue().values()] if source.takes_faults else []
 
     @app.put("/api/faults")
     async def faults(wanted: FaultsRequest, lease: Lease = None) -> dict[str, int]:
         """Put these faults into the bench instead of those that are in it."""
         visit.lease.check(lease)
         chosen = [
-            checked_fault(EffectTable(**fault.model_dump()), number, source.arm)
+            checked_fault(EffectTable(**fault.model_dump()), number, what.arm)
             for number, fault in enumerate(wanted.faults)
         ]
         await asyncio.to_thread(visit.put_faults, chosen)
@@ -346,7 +346,7 @@ def _headers(shot: Shot) -> dict[str, str]:
 
 
 def _shot(visit: Visit, shot: Shot) -> ShotInfo:
-    source = visit.source
+    what = visit.source.description
     return ShotInfo(
         number=shot.number,
         time_s=float(shot.frame.time_s),
@@ -354,7 +354,7 @@ def _shot(visit: Visit, shot: Shot) -> ShotInfo:
         poses=visit.live.poses,
         measured_px={name: px.tolist() for name, px in shot.measured_px.items()},
         twin_px={name: px.tolist() for name, px in shot.twin_px.items()},
-        miss_mm={name: mm.tolist() for name, mm in shot.misses_mm(source.camera, source.plane_z_mm).items()},
+        miss_mm={name: mm.tolist() for name, mm in shot.misses_mm(what.camera, what.arm_plane_z_mm).items()},
         twin_bodies={name: T.tolist() for name, T in shot.twin_bodies.items()},
         true_bodies={name: T.tolist() for name, T in shot.true_bodies.items()},
     )

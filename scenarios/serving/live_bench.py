@@ -35,13 +35,14 @@ class LiveBench:
 
     def __init__(self, source: BenchSource, recordings: Path) -> None:
         self.source = source
+        self.described = source.description
         self.faults: tuple[EffectTable, ...] = ()
         self.shot: Shot | None = None
         self.misses: list[Miss] = []
-        self.twin = TwinArm.drawn(source.arm, source.camera, source.plane_z_mm)
+        self.twin = TwinArm.drawn(self.described.arm, self.described.camera, self.described.arm_plane_z_mm)
         self._recordings = recordings
         self._recording: LiveRecording | None = None
-        self._find = marker_finder(source.arm, source.camera, source.plane_z_mm)
+        self._find = marker_finder(self.described.arm, self.described.camera, self.described.arm_plane_z_mm)
         self._bench: Bench | None = None
         self._q: Array | None = None
         self._payload_kg = 0.0
@@ -87,9 +88,9 @@ class LiveBench:
         """Command (n,) rad; raises `InputError` outside the limits, `JobError` where the bench is not open."""
         bench = self._open()
         q = np.asarray(q_cmd, dtype=float)
-        self.source.limits.check_pose(q, "move")
+        self.described.limits.check_pose(q, "move")
         if self._q is not None:
-            self.source.limits.check_step(self._q, q, "move")
+            self.described.limits.check_step(self._q, q, "move")
         bench.move(q)
         self._q = q
         self.twin.move(q)
@@ -97,11 +98,11 @@ class LiveBench:
     def approach(self, q_cmd: Array) -> None:
         """Go to (n,) rad in as many steps as the limits want."""
         q = np.asarray(q_cmd, dtype=float)
-        self.source.limits.check_pose(q, "move")
+        self.described.limits.check_pose(q, "move")
         if self._q is None:
             self.move(q)
             return
-        for step in steps_between(self._q, q, self.source.limits.max_step_rad):
+        for step in steps_between(self._q, q, self.described.limits.max_step_rad):
             self.move(step)
 
     def hang(self, payload_kg: float) -> None:
@@ -116,7 +117,6 @@ class LiveBench:
             raise JobError("the arm was not moved yet; move it first")
         frame = bench.capture()
         measured = dict(self._find(frame.image, self._q))
-        source = self.source
         truth = bench.body_poses() if isinstance(bench, SimulatedBench) else {}
         self._pictures += 1
         self.shot = Shot(
@@ -124,13 +124,13 @@ class LiveBench:
             frame=frame,
             q_cmd=self._q,
             measured_px=measured,
-            twin_px=self.twin.markers_px(source.camera, source.plane_z_mm, measured),
+            twin_px=self.twin.markers_px(self.described.camera, self.described.arm_plane_z_mm, measured),
             twin_bodies=self.twin.bodies(),
             true_bodies=truth,
         )
         if keep is not None:
             self._record().add(self.shot, keep, self._payload_kg)
-            self.misses.append(self.shot.miss(source.arm, source.camera, source.plane_z_mm))
+            self.misses.append(self.shot.miss(self.described.arm, self.described.camera, self.described.arm_plane_z_mm))
         return self.shot
 
     def run(self, plan: Plan, number: int) -> None:
@@ -162,7 +162,7 @@ class LiveBench:
         """Let another twin stand beside the bench from now on."""
         self.twin = self.twin.replaced_by(name, twin)
         if self.shot is not None:
-            px = self.twin.markers_px(self.source.camera, self.source.plane_z_mm, self.shot.measured_px)
+            px = self.twin.markers_px(self.described.camera, self.described.arm_plane_z_mm, self.shot.measured_px)
             self._pictures += 1
             self.shot = replace(self.shot, number=self._pictures, twin_px=px, twin_bodies=self.twin.bodies())
 

@@ -68,15 +68,15 @@ class LiveRecording:
         source, unseen = self._source, np.full(2, np.nan)
         given_s = shot.frame.commanded_s
         return Recording(
-            arm=source.arm,
-            camera=source.camera,
-            arm_plane_z_mm=source.plane_z_mm,
+            arm=source.description.arm,
+            camera=source.description.camera,
+            arm_plane_z_mm=source.description.arm_plane_z_mm,
             sample=np.array([self._n]),
             time_s=np.array([round(shot.frame.time_s, 6)]),
             commanded_s=np.array([np.nan if given_s is None else round(given_s, 6)]),
             trajectory=np.array([trajectory]),
             q_cmd=shot.q_cmd[None],
-            markers_px={name: shot.measured_px.get(name, unseen)[None] for name in source.arm.marker_names},
+            markers_px={name: shot.measured_px.get(name, unseen)[None] for name in source.description.arm.marker_names},
             payload_kg=np.array([payload_kg]),
         )
 

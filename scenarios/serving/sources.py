@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.hardware.bench.bench_file import BenchSetup, read_bench
-from armtwin.hardware.bench.hardware_bench import HardwareBench
-from armtwin.models.arm import Arm
-from armtwin.models.bench import Bench
-from armtwin.models.camera import Camera
+from armtwin.models.bench import Bench, BenchDescription
 from armtwin.models.errors import InputError
-from armtwin.models.joint_limits import JointLimits
 from armtwin.models.kinematics import inverse
 from armtwin.models.plan import Plan, plan_of
 from armtwin.scenarios.benches.door import Session, open_bench
 from armtwin.scenarios.benches.spec import EmulatedSpec, HardwareSpec, SimulatedSpec, bench_spec
 from armtwin.scenarios.emulated_bench import EmulatedBench
-from armtwin.scenarios.marker_finder import marker_finder
 from armtwin.scenarios.plans import load_plan
-from armtwin.scenarios.runner.world import build_world, declared_arm
+from armtwin.scenarios.runner.world import declared_arm
 from armtwin.scenarios.scenario import EffectTable, ScenarioFile
 
 # A creeping camera needs to know how long a recording is; a visitor's is about this long.
@@ -36,29 +30,20 @@ class BenchSource:
     """A bench that can be opened, again and again.
 
     Attributes:
-        kind: simulated, emulated or real.
         title: what it is, for people.
-        arm, camera, plane_z_mm: as assumed, in the units of a recording.
-        limits: of its joints and of a step.
+        description: what the bench says of itself.
         plans: poses that it offers to run, by name.
         make: opens it with the given faults after so many poses; faults only where `takes_faults`.
         takes_faults: whether faults can be put into it.
-        hangs_loads, actuation: as `armtwin.models.bench.BenchDescription` has them.
         release: ends what the source itself started.
 
     """
 
-    kind: str
     title: str
-    arm: Arm
-    camera: Camera
-    plane_z_mm: float
-    limits: JointLimits
+    description: BenchDescription
     plans: dict[str, Plan]
     make: Callable[[Sequence[EffectTable], int], Bench]
     takes_faults: bool
-    hangs_loads: bool
-    actuation: Mapping[str, Any]
     release: Callable[[], None]
 
 
@@ -71,10 +56,9 @@ def source_of(said: str) -> BenchSource:
         case EmulatedSpec(speed):
             emulated = EmulatedBench(speed=speed)
             emulated.start()
-            setup = read_bench(emulated.bench_file)
-            return _hardware("emulated", "The emulated bench", setup, emulated.close, emulated.hang)
+            return _hardware("The emulated bench", read_bench(emulated.bench_file), emulated)
         case HardwareSpec(setup):
-            return _hardware("real", Path(said).name, setup, _nothing, None)
+            return _hardware(Path(said).name, setup)
         case SimulatedSpec(scenario):
             return _simulated(scenario)
         case _:
@@ -92,47 +76,31 @@ def _simulated(scenario: ScenarioFile) -> BenchSource:
         except ValueError as error:  # MuJoCo's: a spring, a gap or a mass that nothing can have
             raise InputError(f"faults: no such arm can be built ({error})") from None
 
-    arm, world = declared_arm(scenario), build_world(scenario)
-    paths = {name: plan_of({name: inverse(arm, path.poses())}) for name, path in scenario.trajectories.items()}
+    arm = declared_arm(scenario)
     return BenchSource(
-        kind="simulated",
         title=scenario.title,
-        arm=arm,
-        camera=world.camera,
-        plane_z_mm=scenario.bench.arm_plane_z_mm,
-        limits=open_bench(SimulatedSpec(scenario)).description.limits,
-        plans=paths,
+        description=open_bench(SimulatedSpec(scenario)).description,
+        plans={name: plan_of({name: inverse(arm, path.poses())}) for name, path in scenario.trajectories.items()},
         make=make,
         takes_faults=True,
-        hangs_loads=True,
-        actuation={"scenario": scenario.fingerprint},
         release=_nothing,
     )
 
 
-def _hardware(
-    kind: str,
-    title: str,
-    setup: BenchSetup,
-    release: Callable[[], None],
-    hang_by: Callable[[float], None] | None,
-) -> BenchSource:
-    finder = marker_finder(setup.arm, setup.camera, setup.arm_plane_z_mm)
+def _hardware(title: str, setup: BenchSetup, emulated: EmulatedBench | None = None) -> BenchSource:
+    hang_by = None if emulated is None else emulated.hang
     paper = load_plan("paper", setup.arm)
-    plans = {str(name): _part(paper, paper.trajectory == name) for name in dict.fromkeys(paper.trajectory)}
+
+    def make(faults: Sequence[EffectTable], samples_before: int) -> Bench:
+        return open_bench(HardwareSpec(setup), hang_by=hang_by)
+
     return BenchSource(
-        kind=kind,
         title=title,
-        arm=setup.arm,
-        camera=setup.camera,
-        plane_z_mm=setup.arm_plane_z_mm,
-        limits=setup.limits,
-        plans=plans,
-        make=lambda faults, samples_before: HardwareBench(setup, finder, hang_by),
+        description=replace(make((), 0).description, kind="hardware" if emulated is None else "emulated"),
+        plans={str(name): _part(paper, paper.trajectory == name) for name in dict.fromkeys(paper.trajectory)},
+        make=make,
         takes_faults=False,
-        hangs_loads=hang_by is not None,
-        actuation=setup.description.actuation,
-        release=release,
+        release=_nothing if emulated is None else emulated.close,
     )
 
 

@@ -95,7 +95,7 @@ class Visit:
             path = self.jobs.get(job).folder / "next_experiment.csv"
             if not path.is_file():
                 raise InputError(f"job: job {job} proposes no experiment")
-            return "next experiment", read_plan(path, self.source.arm.n_joints)
+            return "next experiment", read_plan(path, self.source.description.arm.n_joints)
         plans = self.source.plans
         if name == ALL_PLANS:
             return name, plan_of({key: plan.q_cmd for key, plan in plans.items()})
