@@ -23,7 +23,7 @@ _LOOKED_AT, MOST_KEPT = 60, 20
 # A frame with less than this share of the typical sharpness is blurred by motion.
 _BLURRED = 0.6
 # A frame is worth keeping while the board's corners stand this far from those of every kept one, share of the width.
-_LEAST_NEW = 0.03
+_LEAST_NEW = 0.015
 
 
 @dataclass(frozen=True, eq=False)

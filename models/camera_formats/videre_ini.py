@@ -23,7 +23,7 @@ def read(source: Source) -> Calibration:
     if len(cameras) != 1:
         found = ", ".join(cameras) or "none"
         raise InputError(f"found the cameras {found}, wanted one section with its camera matrix; keep one")
-    image, camera = sections["image"], sections[cameras[0]]
+    image, camera = sections.get("image", {}), sections[cameras[0]]
     key = f"[{cameras[0]}] camera matrix"
     if len(camera["camera matrix"]) != 9:
         raise InputError(f"{key}: found {len(camera['camera matrix'])} numbers, wanted 3 rows of 3")
