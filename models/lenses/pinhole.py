@@ -48,14 +48,13 @@ class PinholeLens(Lens):
 
     def jacobian(self, rays: Array) -> Array:
         """(..., 2, 3) derivative of `project` by its rays."""
-        z = rays[..., 2]
-        xy = rays[..., :2] / z[..., None]
-        perspective = np.zeros((*rays.shape[:-1], 2, 3))
-        perspective[..., 0, 0] = 1.0 / z
-        perspective[..., 1, 1] = 1.0 / z
-        perspective[..., 0, 2] = -xy[..., 0] / z
-        perspective[..., 1, 2] = -xy[..., 1] / z
-        return np.asarray(self.distort_jacobian(xy) @ perspective)
+        z = rays[..., 2:3]
+        xy = rays[..., :2] / z
+        by_place = self.distort_jacobian(xy) / z[..., None]
+        J = np.empty((*rays.shape[:-1], 2, 3))
+        J[..., :2] = by_place
+        J[..., 2] = -(by_place[..., 0] * xy[..., 0:1] + by_place[..., 1] * xy[..., 1:2])
+        return J
 
     def coefficient_jacobian(self, rays: Array) -> Array:
         """(..., 2, m) derivative of `project` by the coefficients."""
