@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from armtwin.models.arm import Arm
 from armtwin.models.camera import Camera
-from armtwin.models.commands import CommandSeries, settled_commands
+from armtwin.models.commands import CommandSeries, moving_commands, settled_commands
 from armtwin.models.kinematics import complex_links
 
 Array = NDArray[np.float64]
@@ -37,6 +37,7 @@ class Context:
         temperature_c: (N,) or None.
         links: (n,) complex link lengths of the calibrated arm, mm; the drawing's until it is calibrated.
         commanded_s: (N,) when each command was given, NaN where that is not known, or None.
+        moving: whether the rows sample an arm that moves; they then have times, and show the command of the row before.
 
     """
 
@@ -51,6 +52,7 @@ class Context:
     temperature_c: Array | None
     links: Complex
     commanded_s: Array | None = None
+    moving: bool = False
 
     def __len__(self) -> int:
         return len(self.q_cmd)
@@ -58,7 +60,11 @@ class Context:
     @cached_property
     def commands(self) -> CommandSeries:
         """The commands with the times at which they were given and seen: what remembers steps through them."""
-        return settled_commands(self.q_cmd, self.time_s, self.commanded_s)
+        if not self.moving:
+            return settled_commands(self.q_cmd, self.time_s, self.commanded_s)
+        if self.time_s is None:
+            raise ValueError("a moving arm's rows have times")
+        return moving_commands(self.q_cmd, self.time_s, self.commanded_s)
 
     @cached_property
     def clock(self) -> Array:

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 
 from armtwin.models.commands import moving_commands, settled_commands
 from tests.support.contexts import context_of, one_joint, turned
@@ -38,6 +39,20 @@ def test_a_delayed_arm_has_an_earlier_command_in_force() -> None:
     np.testing.assert_allclose(series.at(seen)[:, 0], [0.0, 0.0, 0.1, 0.3])
     np.testing.assert_allclose(series.at(seen, delay_s=0.03)[:, 0], [0.0, 0.0, 0.0, 0.1])
     np.testing.assert_allclose(series.at(np.array([10.0]))[:, 0], 0.2)
+
+
+@pytest.mark.parametrize(
+    ("effect", "values"), [("backlash", [0.06, 0.0, 0.0]), ("hysteresis", [0.02, 0.05, 0.0]), ("dead_band", [0.05])]
+)
+def test_what_remembers_steps_through_the_commands_and_is_sampled_when_rows_are_seen(
+    effect: str, values: list[float]
+) -> None:
+    q = one_joint(1, [0.0, 0.1, 0.3, 0.2, 0.19, 0.35])
+    seen = 0.02 * np.arange(len(q))
+    settled = turned(effect, context_of(q, time_s=seen), values, joint=1)
+    moving = turned(effect, context_of(q, time_s=seen, moving=True), values, joint=1)
+    assert np.abs(settled[1:] - settled[:-1]).max() > 0.01
+    np.testing.assert_array_equal(moving[1:], settled[:-1])
 
 
 def test_a_lagging_arm_goes_on_between_a_picture_and_the_next_command() -> None:
