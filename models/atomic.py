@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import errno
+import fcntl
+import glob
 import json
 import math
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +20,7 @@ import numpy as np
 
 _ASIDE = ".part"
 _OLD = ".old"
+_JUST_MADE_S = 5.0
 
 
 def write_bytes(path: Path, data: bytes) -> None:
@@ -52,8 +56,11 @@ def write_json(path: Path, value: object) -> None:
 def folder_aside(target: Path) -> Iterator[Path]:
     """Yield an empty folder beside `target` that takes its place when the block ends well, and goes when it fails."""
     target.parent.mkdir(parents=True, exist_ok=True)
+    for old in target.parent.glob(f".{glob.escape(target.name)}.*{_ASIDE}"):
+        clear_if_left(old)
     with _named(target):
         aside = Path(tempfile.mkdtemp(dir=target.parent, prefix=f".{target.name}.", suffix=_ASIDE))
+    held = hold(aside)
     try:
         aside.chmod(0o755)
         yield aside
@@ -69,6 +76,29 @@ def folder_aside(target: Path) -> Iterator[Path]:
     except BaseException:
         shutil.rmtree(aside, ignore_errors=True)
         raise
+    finally:
+        os.close(held)
+
+
+def hold(folder: Path) -> int:
+    """Return a handle that tells others, until it is closed or this program ends, that a folder is being worked in."""
+    handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    return handle
+
+
+def clear_if_left(folder: Path, older_than_s: float = _JUST_MADE_S) -> None:
+    """Remove a temporary folder that nobody holds any more: its program was killed. A younger one is left alone."""
+    try:
+        if time.time() - folder.stat().st_mtime < older_than_s:  # made, but maybe not held yet
+            return
+        handle = hold(folder)
+    except OSError:
+        return
+    try:
+        shutil.rmtree(folder, ignore_errors=True)
+    finally:
+        os.close(handle)
 
 
 @contextmanager
@@ -96,14 +126,15 @@ def sync_folder(folder: Path) -> None:
         os.close(handle)
 
 
-def leftovers(folder: Path) -> list[Path]:
-    """Return what writers that were killed left aside in `folder` and below it."""
-    return [*folder.rglob(f".*{_ASIDE}"), *folder.rglob(f".*{_OLD}")]
+def leftovers(folder: Path, *, below: bool = True) -> list[Path]:
+    """Return what writers that were killed left aside in `folder`, and below it unless that is not wanted."""
+    look = folder.rglob if below else folder.glob
+    return [*look(f".*{_ASIDE}"), *look(f".*{_OLD}")]
 
 
-def clear_leftovers(folder: Path) -> None:
-    """Remove what writers that were killed left aside in `folder` and below it; nobody may be writing there now."""
-    for left in leftovers(folder):
+def clear_leftovers(folder: Path, *, below: bool = True) -> None:
+    """Remove what `leftovers` finds; nobody may be writing there now."""
+    for left in leftovers(folder, below=below):
         if left.is_dir():
             shutil.rmtree(left)
         else:

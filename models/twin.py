@@ -39,7 +39,17 @@ from armtwin.models.kinematics import Deviation
 from armtwin.models.recordings.reader import camera_from_table
 from armtwin.models.recordings.writer import arm_table, camera_table
 from armtwin.models.toml_reader import read_toml
-from armtwin.models.validation import FROM_LIST, ArmTable, CameraTable, Finite, Strict, check, row
+from armtwin.models.validation import (
+    FROM_LIST,
+    ArmTable,
+    CameraTable,
+    Finite,
+    JointError,
+    LengthError,
+    Strict,
+    check,
+    row,
+)
 from armtwin.models.world import World, ideal_world
 
 Array = NDArray[np.float64]
@@ -78,8 +88,8 @@ class Twin:
 
 
 class _GeometryTable(Strict):
-    length_errors_mm: Annotated[list[Finite], Field(max_length=7)]
-    joint_errors_rad: Annotated[list[Finite], Field(max_length=6)]
+    length_errors_mm: Annotated[list[LengthError], Field(max_length=7)]
+    joint_errors_rad: Annotated[list[JointError], Field(max_length=6)]
     base_in_board_mm: Annotated[tuple[Finite, Finite, Finite], FROM_LIST] = (0.0, 0.0, 0.0)
 
 

@@ -23,6 +23,9 @@ HEAVIEST_KG = 20.0
 Length = Annotated[float, Field(ge=0, le=10_000.0, allow_inf_nan=False)]
 Mass = Annotated[float, Field(ge=0, le=HEAVIEST_KG, allow_inf_nan=False)]
 Gravity = Annotated[float, Field(ge=-100.0, le=100.0, allow_inf_nan=False)]
+# What the built arm may differ by from the drawing: beyond these it is another arm.
+LengthError = Annotated[float, Field(ge=-1000.0, le=1000.0, allow_inf_nan=False)]
+JointError = Annotated[float, Field(ge=-2 * math.pi, le=2 * math.pi, allow_inf_nan=False)]
 
 # No arm on a table is shorter than this; a longest link below it was given in metres.
 _SHORTEST_ARM_MM = 2.0

@@ -8,6 +8,7 @@ with EmulatedBench() as emulated:
 from __future__ import annotations
 
 import multiprocessing
+import os
 import tempfile
 from collections.abc import Callable
 from multiprocessing.connection import Connection
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from armtwin.hardware.bench.bench_file import BenchSetup, setup_of
 from armtwin.hardware.bench.tables import BenchTable
 from armtwin.models.arm import nominal_arm
+from armtwin.models.atomic import clear_if_left, hold
 from armtwin.models.camera_files import nominal_camera, write_camera
 from armtwin.models.errors import InputError, JobError
 from armtwin.models.kinematics import Deviation
@@ -34,6 +36,7 @@ Array = NDArray[np.float64]
 ARM_PLANE_Z_MM = -80.87  # section 3.2 of the paper
 MIN_SPEED = 0.1
 MAX_SPEED = 4.0  # beyond it the firmware's two seconds of silence pass faster than a busy host may answer
+_A_DAY_S = 86400.0
 START_TIMEOUT_S = 120.0  # the firmware and the emulator are built on the first start
 
 
@@ -90,7 +93,10 @@ class EmulatedBench:
 
     def start(self) -> None:
         """Start everything and write the bench file; raises `JobError` where the emulator cannot be built or run."""
+        for old in Path(tempfile.gettempdir()).glob("armtwin-bench-*"):  # of programs that were killed
+            clear_if_left(old, older_than_s=_A_DAY_S)
         self._folder = tempfile.TemporaryDirectory(prefix="armtwin-bench-")
+        self._held = hold(Path(self._folder.name))
         write_camera(self.bench_file.parent / "camera.yaml", nominal_camera())
         servo_map = emulated_setup("/dev/null", "http://127.0.0.1/").servo_map
         context = multiprocessing.get_context("spawn")  # an OpenGL context does not live through a fork
@@ -123,6 +129,7 @@ class EmulatedBench:
             self._process = None
         if self._folder is not None:
             self._folder.cleanup()
+            os.close(self._held)
             self._folder = None
 
     def __enter__(self) -> EmulatedBench:

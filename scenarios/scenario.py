@@ -25,7 +25,7 @@ from armtwin.models.errors import InputError, UnreachablePoseError, nearest
 from armtwin.models.kinematics import inverse
 from armtwin.models.trajectories import CIRCLE_CENTRE_MM, ORIENTATION_RAD, SAMPLES, circle, line
 from armtwin.models.twin import read_twin
-from armtwin.models.validation import FROM_LIST, Finite, Positive, Strict, check, row
+from armtwin.models.validation import FROM_LIST, Finite, JointError, LengthError, Positive, Strict, check, row
 from armtwin.models.world import ideal_world
 from armtwin.scenarios.twins.as_scenario import scenario_table
 
@@ -36,6 +36,8 @@ _MAX_BYTES = 1 << 20
 
 Point = Annotated[tuple[Finite, Finite], FROM_LIST]
 Triple = Annotated[tuple[Finite, Finite, Finite], FROM_LIST]
+# A gauge lies within the camera's picture of a table.
+GaugeLength = Annotated[float, Field(gt=0, le=1000.0, allow_inf_nan=False)]
 # A trajectory names folders and table columns.
 Name = Annotated[str, Field(pattern=r"^[a-z][a-z0-9_]{0,40}$")]
 
@@ -74,8 +76,8 @@ Path2d = Annotated[CircleTable | LineTable, Field(discriminator="kind")]
 class GeometryTable(Strict):
     """What the built arm differs by from the drawing (Table 4)."""
 
-    length_errors_mm: Annotated[tuple[Finite, Finite, Finite, Finite], FROM_LIST] = (0.0, 0.0, 0.0, 0.0)
-    joint_errors_rad: Triple = (0.0, 0.0, 0.0)
+    length_errors_mm: Annotated[tuple[LengthError, LengthError, LengthError, LengthError], FROM_LIST] = (0.0,) * 4
+    joint_errors_rad: Annotated[tuple[JointError, JointError, JointError], FROM_LIST] = (0.0, 0.0, 0.0)
 
 
 class BenchTable(Strict):
@@ -135,7 +137,7 @@ class ScenarioFile(Strict):
     about: Annotated[str, Field(max_length=4000)] = ""
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
     board_views: Annotated[int, Field(ge=3, le=100)] = 20
-    gauge_lengths_mm: Annotated[tuple[Positive, ...], Field(max_length=8), FROM_LIST] = (40.0, 30.0, 10.0, 5.0)
+    gauge_lengths_mm: Annotated[tuple[GaugeLength, ...], Field(max_length=8), FROM_LIST] = (40.0, 30.0, 10.0, 5.0)
     gauge_placements: Annotated[int, Field(ge=2, le=200)] = 20
     geometry: GeometryTable = GeometryTable()
     bench: BenchTable = BenchTable()

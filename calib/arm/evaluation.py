@@ -47,6 +47,27 @@ def tip_error(
     )
 
 
+def drawn_base_mm(recording: Recording) -> Array:
+    """(3,) where the drawing's arm must stand in the board frame to meet what was seen: by marker A, or by all of them.
+
+    What is measured "by the drawing" stands here, and not where a calibrated arm would.
+    """
+    assert recording.camera is not None
+    assert recording.arm_plane_z_mm is not None
+    drawn = marker_positions(recording.arm, recording.q_cmd)
+    names = [name for name in recording.arm.marker_names if name in recording.markers_px]
+    shifts = {}
+    for name in names:
+        board = back_project(recording.camera, recording.markers_px[name], recording.arm_plane_z_mm)
+        robot = board_to_robot(board, np.zeros(3))[:, :2]
+        shifts[name] = robot - drawn[:, recording.arm.marker_names.index(name)]
+    base = recording.arm.marker_names[0]
+    by_base = base in shifts and bool(np.isfinite(shifts[base]).any())
+    shift = shifts[base] if by_base else np.concatenate(list(shifts.values()))
+    x, y = np.nanmedian(shift, axis=0)
+    return np.array([-x, y, recording.arm_plane_z_mm])
+
+
 def joint_error_rms(recording: Recording, rows: NDArray[np.int64], delta: Deviation | None = None) -> float:
     """Root mean square of measured less predicted joint angles, rad; NaN where none was measured."""
     if recording.q_meas is None:

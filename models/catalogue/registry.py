@@ -246,5 +246,8 @@ def register_file(path: Path) -> Effect:
     effect = getattr(module, "EFFECT", None)
     if not isinstance(effect, Effect):
         raise InputError(f"{path}: defines no EFFECT of type armtwin.models.catalogue.registry.Effect")
-    register(effect)
-    return effect
+    from armtwin.models.catalogue.guard import guarded  # which knows the types of this module
+
+    watched = guarded(effect, path)
+    register(watched)
+    return watched

@@ -16,7 +16,7 @@ from rich.text import Text
 
 from armtwin.calib.arm import algorithm_1, least_squares
 from armtwin.calib.arm.calibration import ArmCalibration
-from armtwin.calib.arm.evaluation import TipError, joint_error_rms, tip_error
+from armtwin.calib.arm.evaluation import TipError, drawn_base_mm, joint_error_rms, tip_error
 from armtwin.calib.arm.observations import rows_to_fit
 from armtwin.calib.setup.screen import screen
 from armtwin.models.arm import Arm
@@ -26,7 +26,7 @@ from armtwin.models.recordings.reader import read_recording
 from armtwin.models.recordings.recording import Recording
 from armtwin.models.recordings.writer import arm_table
 from armtwin.models.validation import ArmFile, check
-from armtwin.scenarios.commands.outputs import check_out_folder
+from armtwin.scenarios.commands.outputs import only_results
 
 SCHEMA = "armtwin.calibration/1"
 # Over fifty poses the residuals give the noise to 4 %, and a stated one is rarely known better than to a tenth.
@@ -73,7 +73,11 @@ def calibrate_command(
 
     Example: armtwin calibrate recordings/circles --out calibrated --hold-out line
     """
-    check_out_folder(out)
+    with only_results(out):
+        _calibrate(recording, out, method, hold_out, mend)
+
+
+def _calibrate(recording: Path, out: Path, method: Method, hold_out: list[str] | None, mend: bool) -> None:
     data = _set_up_right(_with_held_out(read_recording(recording), hold_out), mend)
     found = least_squares.calibrate(data) if method is Method.LEAST_SQUARES else algorithm_1.calibrate(data)
     comparisons = compare(data, found)
@@ -107,7 +111,7 @@ def compare(recording: Recording, found: ArmCalibration) -> list[Comparison]:
             Comparison(
                 name=name,
                 held_out=held_out,
-                before=None if base is None else tip_error(recording, rows, base),
+                before=None if base is None else tip_error(recording, rows, drawn_base_mm(recording)),
                 after=None if base is None else tip_error(recording, rows, base, found.deviation),
                 joint_rms_before_rad=joint_error_rms(recording, rows),
                 joint_rms_after_rad=joint_error_rms(recording, rows, found.deviation),

@@ -15,7 +15,7 @@ from armtwin.models.recordings.writer import write_recording
 from armtwin.scenarios.benches.spec import KINDS, bench_spec
 from armtwin.scenarios.closed_loop import close_loop_on, described
 from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c
-from armtwin.scenarios.commands.outputs import check_out_folder
+from armtwin.scenarios.commands.outputs import only_results
 from armtwin.scenarios.diagnosis.measured import measured
 from armtwin.scenarios.diagnosis.pipeline import report_on, write_report
 from armtwin.scenarios.diagnosis.summary import print_summary
@@ -58,7 +58,6 @@ def diagnose_command(
 
     Example: armtwin diagnose recordings/circles --out diagnosed
     """
-    check_out_folder(out)
     where = None if bench is None else bench_spec(bench, token=token)
     for path in effects or ():
         register_file(path)
@@ -66,6 +65,7 @@ def diagnose_command(
     screen = Console(stderr=True)
     with (
         ended_as_by_ctrl_c(),
+        only_results(out),
         Progress(*columns, console=screen, transient=True, disable=not screen.is_terminal) as progress,
     ):
         bar = progress.add_task("reading the recording", total=None)

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from armtwin.models import atomic
 from armtwin.models.errors import InputError
+from armtwin.models.folder_lock import only_writer
 
 
 def check_out_folder(out: Path) -> None:
@@ -22,3 +26,24 @@ def check_out_folder(out: Path) -> None:
         raise InputError(f"--out {out}: {standing} is a file, a folder is wanted there")
     if not os.access(standing, os.W_OK | os.X_OK):
         raise InputError(f"--out {out}: the folder {standing} may not be written to by this user")
+
+
+@contextmanager
+def only_results(out: Path) -> Iterator[None]:
+    """Hold the folder of the results while the block makes them, made where it is not there yet.
+
+    What a killed command left aside in it is cleared; a folder that the block leaves empty goes again. Raises
+    `InputError` where another armtwin is at work in it.
+    """
+    check_out_folder(out)
+    new = not out.exists()
+    out.mkdir(parents=True, exist_ok=True)
+    try:
+        with only_writer(out):
+            atomic.clear_leftovers(out, below=False)
+            yield
+    except BaseException:
+        if new:
+            with suppress(OSError):  # not empty: something was finished
+                out.rmdir()
+        raise

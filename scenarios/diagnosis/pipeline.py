@@ -47,3 +47,5 @@ def write_report(folder: Path, name: str, report: DiagnosisReport) -> None:
         write_twin(aside / "twin.toml", twin_of(report.diagnosis), twin_comment(report.diagnosis))
         if report.experiment is not None:
             write_plan(aside / NEXT_PLAN, report.experiment.plan)
+    if report.experiment is None:  # what an earlier diagnosis proposed is no advice any more
+        (folder / NEXT_PLAN).unlink(missing_ok=True)

@@ -8,6 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from armtwin.models.errors import InputError
+
 Image = NDArray[np.uint8]
 
 # Sensor noise hardly compresses: the fastest level loses 3 % of size to the usual one and takes a third of its time.
@@ -22,6 +24,9 @@ def write_frame(folder: Path, number: int, image: Image) -> None:
 
 
 def read_frame(folder: Path, number: int) -> Image:
-    """Read a frame that `write_frame` wrote."""
-    image = cv2.imread(str(folder / f"{number:06d}.png"), cv2.IMREAD_COLOR)
+    """Read a frame that `write_frame` wrote; raises `InputError` where it is gone or was cut off."""
+    path = folder / f"{number:06d}.png"
+    image = cv2.imread(str(path), cv2.IMREAD_COLOR)
+    if image is None:
+        raise InputError(f"{path}: no picture that can be read; remove the run's folder and run the scenario again")
     return np.asarray(image, dtype=np.uint8)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,6 +14,10 @@ from armtwin.models import atomic
 from armtwin.models.errors import InputError
 from armtwin.models.folder_lock import only_writer
 from armtwin.scenarios.scenario import ScenarioFile, check_scenario
+
+# What the stages' files mean; a change of what any stage writes counts it up, and older results are made again.
+FORMAT = 1
+_FORMAT_KEY = "format"
 
 
 @dataclass(frozen=True)
@@ -45,14 +49,31 @@ class Job:
         """Return where a stage's result is; the file stands there when the stage is done."""
         return self.out / "stages" / f"{stage}.json"
 
-    def done(self, stage: str) -> bool:
-        """Whether a stage was finished."""
-        return self.stage_path(stage).is_file()
+    def done(self, stage: str, writes: Sequence[str] = ()) -> bool:
+        """Whether a stage was finished by this version, and its file and what it `writes` in the folder still stand."""
+        return self._kept(stage) is not None and all((self.out / name).exists() for name in writes)
+
+    def save(self, stage: str, value: dict[str, Any]) -> None:
+        """Write what a stage found."""
+        atomic.write_json(self.stage_path(stage), {_FORMAT_KEY: FORMAT, **value})
 
     def load(self, stage: str) -> dict[str, Any]:
-        """Return what a finished stage wrote."""
-        value: dict[str, Any] = json.loads(self.stage_path(stage).read_text("utf-8"))
+        """Return what a finished stage wrote; raises `InputError` where its file is broken or older."""
+        value = self._kept(stage)
+        if value is None:
+            raise InputError(f"{self.stage_path(stage)}: no stage that this version finished; run the scenario again")
         return value
+
+    def _kept(self, stage: str) -> dict[str, Any] | None:
+        """Return a stage's result, or None where there is none, it was cut off, or an older version wrote it."""
+        path = self.stage_path(stage)
+        if not path.is_file():
+            return None
+        try:
+            value = json.loads(path.read_text("utf-8"))
+        except (ValueError, RecursionError):
+            return None
+        return value if isinstance(value, dict) and value.pop(_FORMAT_KEY, None) == FORMAT else None
 
 
 def open_job(out: Path, scenario: ScenarioFile) -> Job:

@@ -22,7 +22,7 @@ def run_stages(job: Job, stages: Mapping[str, Stage], workers: int = 2, *, quiet
         ready: list[str] = []
         while order.is_active():
             ready = sorted([*ready, *order.get_ready()], key=list(stages).index)
-            for name in [name for name in ready if job.done(name)]:
+            for name in [name for name in ready if job.done(name, stages[name].writes)]:
                 progress.update(bars[name], total=1, completed=1)
                 ready.remove(name)
                 order.done(name)

@@ -22,9 +22,11 @@ class Stage:
         title: what the progress bar says.
         needs: stages whose files it reads.
         work: a function of a module, which a worker process can find by its name.
+        writes: what it leaves in the run's folder beside its own file; where that is gone it is done again.
 
     """
 
     title: str
     needs: tuple[str, ...]
     work: Work
+    writes: tuple[str, ...] = ()

@@ -30,6 +30,6 @@ STAGES: dict[str, Stage] = {
     "capture_extended": Stage("Line by the extended twin", ("diagnose",), capture.capture_extended),
     "measure_extended": Stage("Markers in its frames", ("camera", "capture_extended"), measure.measure_extended),
     "gain": Stage("Gain", ("validation", "diagnose", "measure_extended"), gain.measure_gain),
-    "results": Stage("Results", ("gauges", "gain"), results.gather),
-    "report": Stage("Report", ("results",), report.write_report),
+    "results": Stage("Results", ("gauges", "gain"), results.gather, ("results.json", "truth.json")),
+    "report": Stage("Report", ("results",), report.write_report, ("report.html",)),
 }

@@ -38,7 +38,7 @@ def serve(pipe: Connection, out: Path) -> None:
 
 def do_stage(job: Job, name: str, work: Work, tick: Tick) -> None:
     """Do one stage and write its file; what was half done before is done again."""
-    atomic.write_json(job.stage_path(name), work(job, tick))
+    job.save(name, work(job, tick))
 
 
 def _do(job: Job, name: str, work: Work, tick: Tick) -> tuple[str, int, str]:

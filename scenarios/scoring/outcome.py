@@ -53,11 +53,17 @@ def outcome_path(out: Path, index: int) -> Path:
 
 
 def kept_outcome(task: Task) -> dict[str, Any] | None:
-    """Return the outcome of an earlier run of the same code on the same recording, or None."""
+    """Return the outcome of an earlier run of the same code on the same recording, or None; also for a changed file."""
     path = outcome_path(task.out, task.index)
     if not path.is_file():
         return None
-    kept: dict[str, Any] = json.loads(path.read_text("utf-8"))
+    try:
+        kept: Any = json.loads(path.read_text("utf-8"))
+    except (ValueError, RecursionError):  # cut off, or somebody else's: made again
+        return None
+    digest = kept.pop("digest", None) if isinstance(kept, dict) else None
+    if digest is None or digest != _outcome_digest(kept):
+        return None
     same = kept.get("version") == task.version and kept.get("recording") == _recording_digest(task)
     return kept if same else None
 
@@ -78,6 +84,7 @@ def diagnose_world(task: Task) -> dict[str, Any]:
     path = outcome_path(task.out, task.index)
     atomic.write_json(path, outcome)
     read_back: dict[str, Any] = json.loads(path.read_text("utf-8"))
+    atomic.write_json(path, {**read_back, "digest": _outcome_digest(read_back)})
     return read_back
 
 
@@ -159,6 +166,10 @@ def _propagated(physical: Callable[[Array], Mapping[str, float]], values: Array,
         for name, value in physical(moved).items():
             variance[name] += ((value - at[name]) / 1e-3) ** 2
     return {name: float(np.sqrt(v)) for name, v in variance.items()}
+
+
+def _outcome_digest(outcome: Mapping[str, Any]) -> str:
+    return hashlib.sha256(json.dumps(outcome, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def _recording_digest(task: Task) -> str:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from armtwin.models import atomic
+from armtwin.models.atomic import folder_aside, hold
 
 
 def fill_and_fail(target: Path, failure: BaseException) -> None:
@@ -158,3 +159,16 @@ def test_a_power_cut_after_a_folder_was_replaced_does_not_bring_the_old_one_back
     ((inode, names),) = flushed
     assert inode == tmp_path.stat().st_ino
     assert "out" in names
+
+
+def test_what_a_killed_writer_of_a_folder_left_beside_it_goes_and_what_another_holds_stays(tmp_path: Path) -> None:
+    left, held = tmp_path / ".target.abc.part", tmp_path / ".target.def.part"
+    for folder in (left, held):
+        folder.mkdir()
+        (folder / "half.txt").write_text("half")
+        os.utime(folder, (0, 0))
+    handle = hold(held)
+    with folder_aside(tmp_path / "target") as aside:
+        (aside / "whole.txt").write_text("whole")
+    os.close(handle)
+    assert sorted(path.name for path in tmp_path.iterdir()) == [".target.def.part", "target"]

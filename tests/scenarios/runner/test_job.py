@@ -2,9 +2,11 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from armtwin.models.errors import InputError
+from armtwin.scenarios.runner.frames import read_frame, write_frame
 from armtwin.scenarios.runner.job import locked, open_job
 from armtwin.scenarios.scenario import read_scenario
 
@@ -51,3 +53,33 @@ def test_what_a_killed_run_left_half_written_is_cleared(tmp_path: Path) -> None:
     (job.out / ".results.json.abc.part").write_text("{")
     with locked(job):
         assert not list(job.out.rglob(".*.part"))
+
+
+@pytest.mark.parametrize("content", ["", "{", '{"value": 1', "[]", '{"value": 1}'], ids=str)
+def test_a_stage_whose_file_was_emptied_cut_off_or_written_by_an_older_version_is_not_done(
+    tmp_path: Path, content: str
+) -> None:
+    job = open_job(tmp_path / "out", read_scenario("geometric"))
+    job.save("camera", {"value": 1})
+    assert job.done("camera")
+    assert job.load("camera") == {"value": 1}
+    job.stage_path("camera").write_text(content)
+    assert not job.done("camera")
+    with pytest.raises(InputError, match="run the scenario again"):
+        job.load("camera")
+
+
+def test_a_stage_whose_result_was_deleted_is_not_done(tmp_path: Path) -> None:
+    job = open_job(tmp_path / "out", read_scenario("geometric"))
+    job.save("report", {})
+    (job.out / "report.html").write_text("page")
+    assert job.done("report", ("report.html",))
+    (job.out / "report.html").unlink()
+    assert not job.done("report", ("report.html",))
+
+
+def test_a_frame_that_was_cut_off_is_one_line(tmp_path: Path) -> None:
+    write_frame(tmp_path, 3, np.zeros((8, 8, 3), np.uint8))
+    (tmp_path / "000003.png").write_bytes((tmp_path / "000003.png").read_bytes()[:40])
+    with pytest.raises(InputError, match=r"000003\.png: no picture that can be read; remove"):
+        read_frame(tmp_path, 3)
