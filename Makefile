@@ -23,7 +23,7 @@ BROWSER_PACKAGES := chromium
 # One thread a worker: two test workers on two cores.
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 LP_NUM_THREADS=1
 
-.PHONY: help setup demo test test-slow nightly check seal-score fuzz bench clean
+.PHONY: help setup demo test test-slow nightly check seal-score fuzz fuzz-inputs bench clean
 
 help:
 	@echo "make demo    run the paper's experiment on the simulated bench; the report is out/paper/report.html"
@@ -33,6 +33,7 @@ help:
 	@echo "make setup   set up only"
 	@echo "make seal-score  hide effects in 360 worlds and score the diagnosis (about a quarter of an hour)"
 	@echo "make fuzz    10,000 broken frames at both ends of the serial line"
+	@echo "make fuzz-inputs  5,000 spoilt files of every kind, half of them by a fresh seed"
 	@echo "make bench   the benchmarks, one after the other, on an idle machine"
 	@echo "make clean   remove what was built and run, and the virtual environment"
 
@@ -67,6 +68,10 @@ seal-score: setup
 
 fuzz: setup $(AVR)
 	$(BIN)/python -m armtwin.hardware.emulator.fuzz --frames 10000
+
+MUTATIONS := 5000
+fuzz-inputs: setup
+	$(THREADS) PYTHONPATH=. $(BIN)/python -m tests.fuzz.fuzz_inputs --mutations $(MUTATIONS)
 
 bench: setup $(AVR)
 	for bench in tests/benchmarks/bench_*.py; do echo "== $$bench"; PYTHONPATH=. $(BIN)/python $$bench || exit; done

@@ -59,7 +59,7 @@ def _read(path: Path) -> ET.Element:
     try:
         parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))  # noqa: S314  no entities, bounded size
         root = ET.fromstring(data, parser)  # noqa: S314
-    except ET.ParseError as error:
+    except (ET.ParseError, LookupError, ValueError) as error:  # LookupError: an encoding that nobody knows
         raise InputError(f"{path.name}: not XML ({error}); a URDF is wanted, run xacro first") from None
     if root.tag != "robot":
         raise InputError(f"{path.name}: its root is <{shown(str(root.tag))}>, <robot> is wanted: a URDF")

@@ -46,7 +46,7 @@ class Table:
                 raise RecordingError(f"{self._at(row, name)}: '{text[:40]}' is beyond {_LARGEST:g}")
             if not math.isfinite(out[row]):
                 raise RecordingError(
-                    f"{self._at(row, name)}: '{text}' is not finite; "
+                    f"{self._at(row, name)}: '{text[:40]}' is not finite; "
                     + ("leave the cell empty where nothing was measured" if may_be_empty else "a number is wanted")
                 )
         return out

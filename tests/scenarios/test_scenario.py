@@ -155,3 +155,21 @@ def test_a_file_that_is_no_toml_is_refused(tmp_path: Path) -> None:
     path.write_text("title = ")
     with pytest.raises(InputError, match=r"broken\.toml: not TOML"):
         read_scenario(str(path))
+
+
+@pytest.mark.parametrize(
+    ("table", "key", "value", "said"),
+    [
+        ("geometry", "length_errors_mm", [1e8, 0.0, 0.0, 0.0], "less than or equal to 1000, found 100000000.0"),
+        ("geometry", "joint_errors_rad", [100.0, 0.0, 0.0], "found 100.0"),
+        (None, "gauge_lengths_mm", [1e6], "less than or equal to 1000, found 1000000.0"),
+    ],
+)
+def test_what_no_arm_on_a_table_has_is_refused_before_anything_is_built(
+    tables: dict[str, Any], table: str | None, key: str, value: object, said: str
+) -> None:
+    spoilt = copy.deepcopy(tables)
+    (spoilt if table is None else spoilt.setdefault(table, {}))[key] = value
+    with pytest.raises(InputError, match=said) as error:
+        check_scenario(spoilt, "s.toml")
+    assert key in str(error.value)
