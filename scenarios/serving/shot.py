@@ -23,9 +23,10 @@ _JPEG_QUALITY = 82
 class Miss:
     """How far a recorded pose was off: the twin's tip and the measured less the expected tip, mm, the worst marker, mm.
 
-    `tip_mm` and `miss_mm` are None where the tip was not found.
+    `twin` is the name of the one that stood beside the bench then; `tip_mm` and `miss_mm` are None where the tip was not found.
     """
 
+    twin: str
     q_cmd_rad: list[float]
     tip_mm: list[float] | None
     miss_mm: list[float] | None
@@ -74,12 +75,13 @@ class Shot:
         miss = (seen - expected)[:, :2] * [-1.0, 1.0]
         return dict(zip(common, miss, strict=True))
 
-    def miss(self, arm: Arm, camera: Camera, plane_z_mm: float) -> Miss:
+    def miss(self, twin: str, arm: Arm, camera: Camera, plane_z_mm: float) -> Miss:
         """Return how far this pose was off."""
         misses = self.misses_mm(camera, plane_z_mm)
         tip = arm.marker_names[-1]
         place = self.twin_bodies[f"end{arm.n_joints}"][:2, 3]
         return Miss(
+            twin=twin,
             q_cmd_rad=self.q_cmd.tolist(),
             tip_mm=place.tolist() if tip in misses else None,
             miss_mm=misses[tip].tolist() if tip in misses else None,
