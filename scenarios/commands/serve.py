@@ -79,6 +79,7 @@ def _listen(host: str, port: int) -> socket.socket:
         listening = socket.socket(family, socket.SOCK_STREAM)
         listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listening.bind(address)
+        listening.listen()  # who is quicker than the bench waits instead of being turned away
     except socket.gaierror:
         raise InputError(f"--host: '{host}' is no address of this machine") from None
     except OSError as error:

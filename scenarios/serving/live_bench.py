@@ -130,7 +130,8 @@ class LiveBench:
         )
         if keep is not None:
             self._record().add(self.shot, keep, self._payload_kg)
-            self.misses.append(self.shot.miss(self.twin.name, self.described.arm, self.described.camera, self.described.arm_plane_z_mm))
+            seen = self.described
+            self.misses.append(self.shot.miss(self.twin.name, seen.arm, seen.camera, seen.arm_plane_z_mm))
         return self.shot
 
     def run(self, plan: Plan, number: int) -> None:

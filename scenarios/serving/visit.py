@@ -115,6 +115,8 @@ class Visit:
             self.said = f"{shown}: {len(plan)} poses are recorded"
         except ArmtwinError as error:
             self.said = f"{shown} broke off: {error}"
+        except Exception as error:  # noqa: BLE001  # a defect of ours: told where somebody waits for the plan
+            self.said = f"{shown} broke down ({type(error).__name__}: {error}); report it"
         finally:
             self.running = None
 

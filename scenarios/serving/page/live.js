@@ -160,22 +160,22 @@ function showMisses() {
   const sized = misses.filter(one => one.worst_mm !== null), seen = misses.filter(one => one.miss_mm);
   const rms = Math.sqrt(sized.reduce((sum, one) => sum + one.worst_mm ** 2, 0) / Math.max(sized.length, 1));
   $("misses-text").textContent = misses.length
-    ? `${misses.length} poses recorded; the twin misses the worst marker by ${rms.toFixed(2)} mm RMS. A good picture's noise alone is about 0.01 mm.`
+    ? `${misses.length} poses recorded; the twin of the time missed the worst marker by ${rms.toFixed(2)} mm RMS. A good picture's noise alone is about 0.01 mm.`
     : "Nothing is recorded yet: run a trajectory.";
-  const enlarged = arrows($("arrows"), seen.map(one => ({ x: one.tip_mm[0], y: one.tip_mm[1], dx: one.miss_mm[0], dy: one.miss_mm[1] })), colours);
+  const enlarged = arrows($("arrows"), seen.map(one => ({ x: one.tip_mm[0], y: one.tip_mm[1], dx: one.miss_mm[0], dy: one.miss_mm[1], colour: TWIN[one.twin] })), colours);
   $("arrows-caption").textContent = seen.length ? `tip: from twin to measurement, ${enlarged.toFixed(0)} times enlarged` : "";
-  scatter($("order"), sized.map((_, k) => k), sized.map(one => one.worst_mm), colours);
+  scatter($("order"), sized.map((_, k) => k), sized.map(one => one.worst_mm), sized.map(one => TWIN[one.twin]));
   showDirections(sized);
 }
 
 function showDirections(sized) {  // the last turn of the joint that is chosen decides the side
-  const joint = Number($("turning").value), xs = [], ys = [];
+  const joint = Number($("turning").value), xs = [], ys = [], hues = [];
   let turn = 0;
   sized.forEach((one, k) => {
     turn = k ? Math.sign(one.q_cmd_rad[joint] - sized[k - 1].q_cmd_rad[joint]) || turn : 0;
-    if (turn) { xs.push(turn + 0.3 * Math.sin(7 * k)); ys.push(one.worst_mm); }
+    if (turn) { xs.push(turn + 0.3 * Math.sin(7 * k)); ys.push(one.worst_mm); hues.push(TWIN[one.twin]); }
   });
-  scatter($("direction"), xs, ys, colours);
+  scatter($("direction"), xs, ys, hues);
 }
 
 async function watch() {

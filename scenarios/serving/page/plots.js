@@ -48,17 +48,17 @@ export function arrows(svg, points, colours) {
   const enlarged = ENLARGED_PX / (longest * perMm);
   for (const p of points) {
     const [x1, y1] = at(p.x, p.y), [x2, y2] = at(p.x + enlarged * p.dx, p.y + enlarged * p.dy);
-    draw(svg, "line", { x1, y1, x2, y2, stroke: colours.twin, "stroke-width": 2 });
+    draw(svg, "line", { x1, y1, x2, y2, stroke: p.colour, "stroke-width": 2 });
     draw(svg, "circle", { cx: x2, cy: y2, r: 2.2, fill: colours.measured });
   }
   return enlarged;
 }
 
-export function scatter(svg, xs, ys, colours) {
+export function scatter(svg, xs, ys, hues) {
   if (!ys.length) { svg.replaceChildren(); return; }
   const most = Math.max(...ys, 0.01);
   const { X, Y, width } = frame(svg, spread(xs, 0.5), [0, most * 1.08]);
   for (const value of [0, most]) draw(svg, "text", { x: 4, y: Y(value) + 4, "font-size": 12, fill: "#595959" }, value.toFixed(2));
   draw(svg, "line", { x1: 46, x2: width - 10, y1: Y(0), y2: Y(0), stroke: "#bbb" });
-  xs.forEach((x, k) => draw(svg, "circle", { cx: X(x), cy: Y(ys[k]), r: 3, fill: colours.twin, "fill-opacity": 0.75 }));
+  xs.forEach((x, k) => draw(svg, "circle", { cx: X(x), cy: Y(ys[k]), r: 3, fill: hues[k], "fill-opacity": 0.75 }));
 }

@@ -32,7 +32,8 @@ def test_a_fault_that_is_put_in_shows_between_twin_and_picture_and_goes_when_it_
     def worst_mm() -> float:
         live.approach(POSES[12])
         live.approach(POSES[0])
-        miss = live.capture().miss(SOURCE.description.arm, SOURCE.description.camera, SOURCE.description.arm_plane_z_mm)
+        drawn = SOURCE.description
+        miss = live.capture().miss("drawing", drawn.arm, drawn.camera, drawn.arm_plane_z_mm)
         assert miss.worst_mm is not None
         return miss.worst_mm
 
