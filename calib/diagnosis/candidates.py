@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.calib.diagnosis.fit import Data, Fit, fit
+from armtwin.calib.diagnosis.fit import Data, Fit, evaluate, fit
 from armtwin.calib.diagnosis.repairs import find_missed
 from armtwin.calib.diagnosis.screen import Screen, best_start
 from armtwin.models.catalogue.predict import Active
@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 _FULL_FITS = 14
 # A scan is narrowed about its best while that gains, at most so often.
 _REFINEMENTS = 6
+# A scan is repeated from a better geometry while that lowers the deviance by so much.
+_WORTH_A_LOOK = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,9 +68,50 @@ def fit_candidates(data: Data, base: Fit, pairs: Sequence[tuple[Effect, Site]]) 
     screened.sort(key=lambda row: row[0])
     fitted = []
     for _, active, starts in screened[:_FULL_FITS]:
-        result = fit(data, base.g, (*base.effects, active))
-        fitted.append(CandidateModel(result.effects[-1], result, _complexity(data, active.effect, active.site, starts)))
+        result = _polished(data, fit(data, base.g, (*base.effects, active)))
+        fitted.append(CandidateModel(result.effects[-1], result, _complexity(data, result.effects[-1], starts)))
     return sorted(fitted, key=lambda candidate: candidate.score)
+
+
+def fit_without(data: Data, model: Fit, active: Active) -> Fit:
+    """Return the model refitted without one of its effects, what the residual suggests of the others looked for anew.
+
+    They are looked for from where the whole model stands: what the effect had made up for in them shows there.
+    """
+    rest = tuple(other for other in model.effects if other.key != active.key)
+    best = fit(data, model.g, rest)
+    for other in rest:
+        if other.effect.screen is not None:
+            others = tuple(one for one in rest if one.key != other.key)
+            for start in _suggested(data, model.g, others, other):
+                trial = fit(data, model.g, (*others, start))
+                best = trial if trial.deviance < best.deviance - _WORTH_A_LOOK else best
+    return best
+
+
+def _polished(data: Data, model: Fit) -> Fit:
+    """Return the model with its last effect looked for anew from the geometry that was fitted with it."""
+    if model.effects[-1].effect.screen is None:
+        return model
+    for _ in range(_REFINEMENTS):
+        others = model.effects[:-1]
+        starts = _suggested(data, model.g, others, model.effects[-1])
+        better = min(
+            (fit(data, model.g, (*others, start)) for start in starts), key=lambda f: f.deviance, default=model
+        )
+        if better.deviance > model.deviance - _WORTH_A_LOOK:
+            break
+        model = better
+    return model
+
+
+def _suggested(data: Data, g: Array, others: tuple[Active, ...], active: Active) -> list[Active]:
+    """Return starts of an effect that the residual of a model without it suggests."""
+    assert active.effect.screen is not None
+    context = data.problem.context
+    parameters = [other.effect.parameters(context, other.site) for other in others]
+    evidence = Screen(data, evaluate(data, g, others, parameters)).evidence
+    return [Active(active.effect, active.site, v) for v in active.effect.screen(context, active.site, evidence)]
 
 
 def _best_start(data: Data, screen: Screen, effect: Effect, site: Site) -> tuple[float, Active, int] | None:
@@ -93,9 +136,11 @@ def _best_start(data: Data, screen: Screen, effect: Effect, site: Site) -> tuple
     return best[0], best[1], tried
 
 
-def _complexity(data: Data, effect: Effect, site: Site, starts: int) -> float:
+def _complexity(data: Data, active: Active, starts: int) -> float:
     """Penalty in deviance: log(n) a smooth parameter (Schwarz), twice the logarithm of the grid for scanned ones."""
-    parameters = effect.parameters(data.problem.context, site)
+    if active.effect.complexity is not None:
+        return active.effect.complexity(data.problem.context, active.values)
+    parameters = active.effect.parameters(data.problem.context, active.site)
     smooth = sum(not parameter.scanned for parameter in parameters)
     scanned = any(parameter.scanned for parameter in parameters)
     return smooth * float(np.log(max(data.n_values, 2))) + (2.0 * float(np.log(max(starts, 1))) if scanned else 0.0)
@@ -107,5 +152,5 @@ def candidates(data: Data, base: Fit, pairs: Sequence[tuple[Effect, Site]]) -> l
     missed = None if any(a.effect.name == "missed_command" for a in base.effects) else find_missed(data, base)
     if missed is not None:
         result = fit(data, base.g, (*base.effects, missed))
-        ranked.append(CandidateModel(missed, result, 2.0 * np.log(len(data.problem.context)) * len(missed.values)))
+        ranked.append(CandidateModel(missed, result, _complexity(data, missed, 1)))
     return sorted(ranked, key=lambda candidate: candidate.score)

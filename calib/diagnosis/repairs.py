@@ -87,4 +87,9 @@ def _view(data: Data, model: Fit) -> View:
     # An imperfect model leaves a tail, which the median does not see and which is no gross error.
     tail = float(np.quantile(np.abs(residual), 0.9)) / _NINETY_PERCENT if residual.size else 0.0
     scale = max(robust_std(residual), tail, data.noise)
-    return View(observed, predicted, scale)
+
+    def replay(commands: Array) -> Array:
+        context = replace(data.problem.context, q_cmd=commands)
+        return replace(data.problem, context=context).predict(model.g, model.effects)
+
+    return View(observed, predicted, scale, replay)

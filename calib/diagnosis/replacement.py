@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from armtwin.calib.diagnosis.candidates import CandidateModel, candidate_sites, candidates, fit_candidates
-from armtwin.calib.diagnosis.fit import Data, Fit, excess_of, fit
+from armtwin.calib.diagnosis.candidates import CandidateModel, candidate_sites, candidates, fit_candidates, fit_without
+from armtwin.calib.diagnosis.fit import Data, Fit, excess_of
 from armtwin.calib.diagnosis.ties import tied
 from armtwin.models.catalogue.predict import Active
 
@@ -46,7 +46,7 @@ def rescanned(data: Data, base: Fit) -> Fit:
         parameters = active.effect.parameters(data.problem.context, active.site)
         if not any(parameter.scanned for parameter in parameters):
             continue
-        for candidate in fit_candidates(data, _without(data, base, active), [(active.effect, active.site)]):
+        for candidate in fit_candidates(data, fit_without(data, base, active), [(active.effect, active.site)]):
             if candidate.fit.deviance < base.deviance:
                 base = candidate.fit
     return base
@@ -60,7 +60,7 @@ def _order(data: Data, candidate: CandidateModel) -> tuple[bool, float, float]:
 
 def _ties(data: Data, base: Fit, active: Active) -> list[CandidateModel]:
     """List the best candidate in the place of `active` and those that the data cannot tell from it, best first."""
-    without = _without(data, base, active)
+    without = fit_without(data, base, active)
     pairs = candidate_sites(data, base.effects)
     if active.effect.find is None:
         pairs = [*pairs, (active.effect, active.site)]
@@ -70,11 +70,6 @@ def _ties(data: Data, base: Fit, active: Active) -> list[CandidateModel]:
     best = ranked[0]
     excess, remaining = excess_of(data, without), excess_of(data, best.fit)
     return [best, *(other for other in ranked[1:] if tied(data, best, other, excess, remaining))]
-
-
-def _without(data: Data, base: Fit, active: Active) -> Fit:
-    """Return the model refitted without one of its effects."""
-    return fit(data, base.g, tuple(other for other in base.effects if other.key != active.key))
 
 
 def _own(ranked: list[CandidateModel], active: Active, base: Fit) -> CandidateModel:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from armtwin.calib.diagnosis.candidates import CandidateModel, candidate_sites, candidates
+from armtwin.calib.diagnosis.candidates import CandidateModel, candidate_sites, candidates, fit_without
 from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom, excess_of, fit
 from armtwin.calib.diagnosis.noise import estimate_noise, least_noise, robust_std
 from armtwin.calib.diagnosis.problem import Problem
@@ -232,7 +232,7 @@ def _weighs(data: Data, model: Fit, without: Fit, g: Array) -> bool:
 def _needed(data: Data, model: Fit) -> Fit:
     """Return the model without the causes that no longer weigh once the others, and the repairs, have settled."""
     while model.effects:
-        without = [fit(data, model.g, (*model.effects[:k], *model.effects[k + 1 :])) for k in range(len(model.effects))]
+        without = [fit_without(data, model, active) for active in model.effects]
         least = min(without, key=lambda rest: float(rest.misfit.sum()))
         gain = float(least.misfit.sum() - model.misfit.sum())
         if least.effects:

@@ -30,6 +30,9 @@ from armtwin.models.errors import InputError, nearest, shown
 
 Array = NDArray[np.float64]
 
+# Departures of joints are no larger than about this, where nothing that was seen says more.
+_PRIOR_RAD = 0.03
+
 
 class Stage(IntEnum):
     """Where along the prediction an effect acts."""
@@ -92,12 +95,14 @@ Starts = Callable[[Context, Site, Array | None], Iterable[Array]]
 class View:
     """Observed and predicted channels (N, M, d) (pixels of markers, or measured angles), NaN where not seen.
 
-    `scale` is the robust standard deviation of what the present model leaves.
+    `scale` is the robust standard deviation of what the present model leaves; `replay` tells what the model predicts
+    for other commands (N, n).
     """
 
     observed: Array
     predicted: Array
     scale: float
+    replay: Callable[[Array], Array] | None = None
 
     def misfit(self, observed: Array, predicted: Array) -> Array:
         """(...,) length of the residual in units of `scale`, NaN where not seen."""
@@ -115,6 +120,16 @@ class Evidence:
     pull: Array
     stiffness: Array
     commands: Array
+
+    def departures(self, joint: int) -> tuple[Array, Array]:
+        """(N,) departures, rad, that the residual shows of joint `joint` (from 0), and their weights, 1/rad^2.
+
+        Where the markers that are seen do not tell the joints apart, all are taken to share the departure.
+        """
+        inverse = np.linalg.inv(self.stiffness + np.eye(self.pull.shape[1]) / _PRIOR_RAD**2)
+        shown = np.einsum("nk,nk->n", inverse[:, joint], self.pull)
+        weights = np.maximum(1.0 / inverse[:, joint, joint] - 1.0 / _PRIOR_RAD**2, 0.0)
+        return shown, np.where(self.stiffness[:, joint, joint] > 0, weights, 0.0)
 
     def change(self, dq: Array) -> Array:
         """(S,) change of the deviance by each of S departures dq (S, N, n)."""
@@ -146,6 +161,8 @@ class Effect:
             by name.
         screen: starts that the residual of the joint angles suggests, where a grid would be too coarse or too long.
         find: for an effect of single samples, which is found in the residuals instead of fitted.
+        complexity: penalty, in deviance, of values where counting their parameters would not say it: some are idle.
+        told: which of the values are told to people; the others are idle. None: all.
         needs_return: what it does follows the order of poses or the side they are approached from, so that where no
             joint ever turns back it is one with a joint's zero, gain or curve.
         in_time: it takes time; of causes that tie it is not named first where no time was recorded.
@@ -168,6 +185,8 @@ class Effect:
     physical: Callable[[Context, Array], dict[str, Any]] | None = None
     screen: Callable[[Context, Site, Evidence], Iterable[Array]] | None = None
     find: Find | None = None
+    complexity: Callable[[Context, Array], float] | None = None
+    told: Callable[[Context, Array], list[int]] | None = None
     needs_return: bool = False
     in_time: bool = False
 

@@ -1,6 +1,12 @@
-"""Single poses at which the arm stayed where it was.
+"""Single poses at which the arm, or a joint of it, stayed where it was.
 
-A pose was missed where all that is seen agrees with the pose before it and nothing with its own.
+Known forms: a line of a serial stream that is lost, so that no joint moves; one servo's packet lost on a shared bus
+(half-duplex TTL or RS-485: `SYNC_WRITE` is not answered, so nobody notices), so that the others move; a controller that
+hangs for several poses. Covered: any set of joints at any pose, one pose or a run of them; what was missed is made up
+for by the next command that arrives. Not covered: a joint that gets the command late, within the pose (`settling_lag`),
+or another joint's.
+
+A pose was missed where all that is seen agrees with some joints left where they were, and not with its own command.
 """
 
 from __future__ import annotations
@@ -12,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.catalogue.context import Context
-from armtwin.models.catalogue.injection import samples
+from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage, View
 from armtwin.models.world import Command, Electronics, World, samples_of
 
@@ -21,19 +27,60 @@ Array = NDArray[np.float64]
 # What is seen must miss its own pose by this many standard deviations, and meet the one before within the other.
 _MISSES = 8.0
 _MEETS = 4.0
+# A run of missed poses is found one pose a look.
+_LOOKS = 12
+# Up to so many joints every set of them may have stayed; of longer arms one joint or all.
+_ANY_SET = 3
+# A value is its row where all joints stayed; where only some did, these follow as a fraction: bit j for joint j + 1.
+_SETS = 128.0
 
 
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
-    """Commands of which those at the rows `values` never reached the arm."""
+    """Commands of which those at the rows in `values` never reached the joints in them."""
     out = q.copy()
-    for row in values.astype(int):
-        out[row] = out[row - 1]
+    for row, stayed in _rows_and_joints(values, q.shape[1]):
+        out[row, stayed] = out[row - 1, stayed]
     return out
 
 
 def find(context: Context, view: View) -> list[tuple[Site, Array]]:
-    """Return the rows that agree with the last executed pose and not with their own."""
-    rows: list[int] = []
+    """Return the rows, and joints where some moved, that agree with the last executed pose and not with their own."""
+    n = context.q_cmd.shape[1]
+    if view.replay is None:
+        rows = _all_stayed(view)
+        return [(Site(), np.array(rows, dtype=float))] if rows else []
+    own = view.misfit(view.observed, view.predicted)
+    seen = np.isfinite(own)
+    amiss = np.where(seen, own, 0.0).max(axis=1) > _MISSES
+    amiss[0] = False
+    if not amiss.any():
+        return []
+    stayed = np.zeros((len(own), n), dtype=bool)
+    for _ in range(_LOOKS):
+        executed = context.q_cmd.copy()
+        for row in np.flatnonzero(stayed.any(axis=1)):
+            executed[row, stayed[row]] = executed[row - 1, stayed[row]]
+        before = np.concatenate([executed[:1], executed[:-1]])
+        least = np.full(len(own), np.inf)
+        again = np.zeros_like(stayed)
+        for which in _sets(n):
+            commands = np.where(which, before, context.q_cmd)
+            predicted = view.replay(np.where(amiss[:, None], commands, executed))
+            misses = np.where(seen, view.misfit(view.observed, predicted), 0.0)
+            tells = np.where(seen, view.misfit(predicted, view.predicted), 0.0).max(axis=1) > _MISSES
+            left = np.where(amiss & tells & (misses.max(axis=1) < _MEETS), (misses**2).sum(axis=1), np.inf)
+            better = left < least
+            again[better], least = which, np.minimum(left, least)
+        if np.array_equal(again, stayed):
+            break
+        stayed = again
+    rows = [_packed(row, stayed[row]) for row in np.flatnonzero(stayed.any(axis=1)).tolist()]
+    return [(Site(), np.array(rows, dtype=float))] if rows else []
+
+
+def _all_stayed(view: View) -> list[float]:
+    """Rows at which all that is seen agrees with the last executed pose."""
+    rows: list[float] = []
     last = 0
     for row in range(1, len(view.observed)):
         own = view.misfit(view.observed[row], view.predicted[row])
@@ -42,15 +89,55 @@ def find(context: Context, view: View) -> list[tuple[Site, Array]]:
         telling = np.isfinite(own) & (view.misfit(view.predicted[row], view.predicted[last]) > _MISSES)
         # Of those that do tell, one that plainly misses its own pose is enough: the others meet the one before.
         if telling.any() and own[telling].max() > _MISSES and before[telling].max() < _MEETS:
-            rows.append(row)
+            rows.append(float(row))
         else:
             last = row
-    return [(Site(), np.array(rows, dtype=float))] if rows else []
+    return rows
+
+
+def _sets(n: int) -> list[NDArray[np.bool_]]:
+    """(n,) sets of joints that may have stayed: all first, then from one joint up."""
+    numbers = sorted(range(1, 2**n - 1), key=int.bit_count) if n <= _ANY_SET else [1 << joint for joint in range(n)]
+    return [np.ones(n, dtype=bool), *(_joints_of(number, n) for number in numbers)]
+
+
+def _joints_of(number: int, n: int) -> NDArray[np.bool_]:
+    return np.array([bool(number >> joint & 1) for joint in range(n)])
+
+
+def _packed(row: int, stayed: NDArray[np.bool_]) -> float:
+    number = 0 if stayed.all() else sum(1 << joint for joint in np.flatnonzero(stayed).tolist())
+    return row + number / _SETS
+
+
+def _rows_and_joints(values: Array, n: int) -> list[tuple[int, NDArray[np.bool_]]]:
+    """List the rows in order, each with the (n,) joints that stayed."""
+    ordered = np.sort(values)
+    rows = ordered.astype(int)
+    sets = np.round((ordered - rows) * _SETS).astype(int)
+    return [
+        (row, _joints_of(number, n) if number else np.ones(n, dtype=bool))
+        for row, number in zip(rows.tolist(), sets.tolist(), strict=True)
+    ]
+
+
+def complexity(context: Context, values: Array) -> float:
+    """Of each missed pose: twice the logarithm of the rows, and of the sets of joints where not all stayed."""
+    some = int((values % 1.0 > 0).sum())
+    n = context.q_cmd.shape[1]
+    return 2.0 * (len(values) * float(np.log(len(context))) + some * float(np.log(2**n)))
 
 
 def physical(context: Context, values: Array) -> dict[str, Any]:
-    """Return the missed rows as the simulated bench takes them."""
-    return {"samples": values.astype(int).tolist()}
+    """Return the missed rows as the simulated bench takes them: those of all joints, and those of each."""
+    n = context.q_cmd.shape[1]
+    missed = _rows_and_joints(values, n)
+    parts: dict[str, Any] = {"samples": [row for row, stayed in missed if stayed.all()]}
+    for joint in range(n):
+        rows = [row for row, stayed in missed if stayed[joint] and not stayed.all()]
+        if rows:
+            parts[f"samples{joint + 1}"] = rows
+    return parts
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
@@ -65,16 +152,21 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 
 
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
-    """Lose the commands of `samples` on the wire: the servos hold the last one that arrived."""
-    lost = frozenset(samples_of(parameters))
+    """Lose the commands of `samples` on the wire, and those of `samplesN` on the way to servo N alone.
+
+    A servo holds the last command that arrived.
+    """
+    lost = [frozenset(samples_of({"samples": parameters.get("samples", ())}))] * world.arm.n_joints
+    for index in range(world.arm.n_joints):
+        lost[index] = lost[index] | frozenset(samples_of({"samples": parameters.get(f"samples{index + 1}", ())}))
 
     def wire() -> Electronics:
         arrived = np.zeros(world.arm.n_joints)
 
         def receive(command: Command) -> NDArray[np.float64]:
             nonlocal arrived
-            if command.sample not in lost:
-                arrived = command.q
+            missing = np.array([command.sample in of_one for of_one in lost])
+            arrived = np.where(missing, arrived, command.q)
             return arrived
 
         return receive
@@ -84,18 +176,22 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
 
 EFFECT = Effect(
     name="missed_command",
-    summary="single poses at which the arm stayed where it was",
+    summary="single poses at which the arm, or a joint of it, stayed where it was",
     where="arm",
     stage=Stage.COMMAND,
     parameters=_parameters,
     term=term,
     starts=_starts,
     injector=inject,
-    injected=(samples("samples"),),
+    injected=(
+        Injected("samples", optional=True, kind="samples"),
+        Injected("samples{joint}", optional=True, kind="samples"),
+    ),
     confused_with=("outliers", "dead_band"),
     experiment="the missed poses commanded once more",
     plans=("growing_steps",),
     physical=physical,
     find=find,
+    complexity=complexity,
     needs_return=True,
 )

@@ -1,4 +1,12 @@
-"""Commands land on coarse steps: whole degrees, or few bits."""
+"""Commands land on coarse steps: whole degrees, or few bits.
+
+Known forms: whole degrees (Arduino's `Servo.write`, an `int`), about a zero that was trimmed joint by joint; whole or
+several microseconds of pulse at each servo's own scale (`Servo.writeMicroseconds`; the PCA9685 driver's 4096 ticks of a
+20 ms frame are 4.9 us, 0.4 degrees); counts of a smart servo's register (10 or 12 bits, Dynamixel and Feetech manuals).
+Covered: each joint its own step and its own origin, or none; rounding to the nearest, down or up alike, since a joint's
+zero takes up the difference. Not covered, and `unknown` where coarse: steps of uneven width (a potentiometer behind the
+register, a logarithmic table), and lattices of the tip's coordinates instead of the joints'.
+"""
 
 from __future__ import annotations
 
@@ -11,80 +19,83 @@ from numpy.typing import NDArray
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.registry import Effect, Evidence, Parameter, Site, Stage
-from armtwin.models.catalogue.scan import fan_about
+from armtwin.models.catalogue.rounding import LARGEST_STEP_RAD, SMALLEST_STEP_RAD, rounded, roundings
 from armtwin.models.world import Command, Electronics, World
 
 Array = NDArray[np.float64]
 
-
-# Steps met in practice: whole and tenth degrees, and 4 to 10 bits over half a turn or a whole one.
-_USUAL_STEPS = tuple(np.radians([0.5, 1.0, 2.0, 3.0, 4.0, 5.0])) + tuple(
-    turn / count for turn in (np.pi, 2 * np.pi) for bits in range(5, 11) for count in (2**bits, 2**bits - 1)
-)
-
-
-_LARGEST_STEP = 0.2
-_SMALLEST_STEP = 3e-4
-_SUGGESTED = 12
-# Of a few hundred commands some lie this much nearer to the middle between two steps than a quarter step.
-_FINEST = 1000.0
-_FAN = 12
+# Steps met in practice: whole and half degrees, and 5 to 8 bits over half a turn.
+_USUAL_STEPS = tuple(np.radians([0.5, 1.0, 2.0, 3.0, 5.0])) + tuple(np.pi / 2**bits for bits in range(5, 9))
+# Steps and origins that are looked at for one joint, in a recording of a few hundred poses over a radian.
+_LOOKED_AT = 20_000.0
 
 
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
-    """Commands rounded to whole multiples of `step_rad`."""
-    step = values[0]
-    out: Array = np.round(q / step) * step
+    """Commands on each joint's lattice: `values` are (step, origin) of joint 1, 2, ..., rad; a step of 0 is none."""
+    out = q.copy()
+    for joint, (step, origin) in enumerate(values.reshape(-1, 2)):
+        if step > 0:
+            out[:, joint] = rounded(q[:, joint], step, origin)
     return out
+
+
+def complexity(context: Context, values: Array) -> float:
+    """Twice the logarithm of the lattices that were looked at, for each joint that has one."""
+    return 2.0 * float(np.log(_LOOKED_AT)) * int((values[::2] > 0).sum())
+
+
+def told(context: Context, values: Array) -> list[int]:
+    """Return which values are of joints that have a lattice."""
+    return [k for k in range(len(values)) if values[k & ~1] > 0]
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
-    return (Parameter("step_rad", (1e-4, 0.3), 0.02, scanned=True),)
+    return tuple(
+        parameter
+        for number in range(1, context.arm.n_joints + 1)
+        for parameter in (
+            Parameter(f"step{number}_rad", (0.0, LARGEST_STEP_RAD), 0.02, scanned=True),
+            Parameter(f"origin{number}_rad", (-0.5 * LARGEST_STEP_RAD, 0.5 * LARGEST_STEP_RAD), 0.01, scanned=True),
+        )
+    )
 
 
 def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    """Return one step for all joints, counted from their zeros; `_screen` finds those of each joint."""
     if around is not None:
-        widest = 0.2 * _tolerance(context)
-        return [np.array([step]) for step in fan_about(float(around[0]), widest, widest / _FINEST, _FAN)]
-    return [np.array([step]) for step in _USUAL_STEPS]
-
-
-def _tolerance(context: Context) -> float:
-    """Relative error of a step of 0.02 rad at which its grid is off by a quarter step at the largest command."""
-    return 0.25 * 0.02 / max(float(np.abs(context.q_cmd).max()), 0.02)
+        return []
+    return [np.tile([step, 0.0], context.arm.n_joints) for step in _USUAL_STEPS if step > SMALLEST_STEP_RAD]
 
 
 def _screen(context: Context, site: Site, evidence: Evidence) -> Iterable[Array]:
-    """Return the steps whose rounding errors the residual of the joint angles resembles most."""
-    widest = max(float(np.abs(context.q_cmd).max()), 0.02)
-    steps = [_LARGEST_STEP]
-    while steps[-1] > _SMALLEST_STEP:
-        # The next step shifts the grid by a quarter of itself at the largest command.
-        steps.append(steps[-1] / (1.0 + 0.25 * steps[-1] / widest))
-    grid = np.array(steps)
-    changes = np.concatenate([evidence.change(_errors(evidence.commands, part)) for part in np.array_split(grid, 64)])
-    return [np.array([grid[index]]) for index in np.argsort(changes)[:_SUGGESTED]]
-
-
-def _errors(q: Array, steps: Array) -> Array:
-    """(S, N, n) rounding errors of commands (N, n) for (S,) steps."""
-    wide = steps[:, None, None]
-    out: Array = np.round(q / wide) * wide - q
-    return out
+    """Return the lattices that the residual of the joint angles shows."""
+    values = np.zeros((context.arm.n_joints, 2))
+    for joint, one in enumerate(roundings(evidence)):
+        if one is not None:  # the same lattice may be counted from any of its points: from the one nearest to zero
+            values[joint] = one.step_rad, one.origin_rad - np.round(one.origin_rad / one.step_rad) * one.step_rad
+    return [values.ravel()] if values.any() else []
 
 
 # --- how the simulated bench makes it ---
 
 
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
-    """Let the sender write every command as a whole number of `step_rad`."""
-    step = float(parameters["step_rad"])
+    """Let the sender write every command as a whole number of counts of its joint.
+
+    A count of joint N is `stepN_rad` wide (or `step_rad`, for all that state none; 0 is exact), and one of them lies at
+    `originN_rad`.
+    """
+    numbers = range(1, world.arm.n_joints + 1)
+    wide = [float(parameters.get(f"step{n}_rad", parameters["step_rad"])) for n in numbers]
+    first = [float(parameters[f"origin{n}_rad"]) for n in numbers]
 
     def sender() -> Electronics:
         def receive(command: Command) -> NDArray[np.float64]:
-            counts = np.round(command.q / step)
-            written: NDArray[np.float64] = counts * step
-            return written
+            written = [
+                float(angle) if width == 0.0 else zero + width * round((float(angle) - zero) / width)
+                for angle, width, zero in zip(command.q, wide, first, strict=True)
+            ]
+            return np.array(written)
 
         return receive
 
@@ -100,8 +111,14 @@ EFFECT = Effect(
     term=term,
     starts=_starts,
     injector=inject,
-    injected=(Injected("step_rad", (1e-5, 1.6)),),
+    injected=(
+        Injected("step_rad", (0.0, 1.6), 0.0),
+        Injected("step{joint}_rad", (0.0, 1.6), optional=True),
+        Injected("origin{joint}_rad", (-1.6, 1.6), 0.0),
+    ),
     screen=_screen,
+    complexity=complexity,
+    told=told,
     confused_with=("dead_band", "servo_nonlinearity"),
     experiment="a fine ramp of each joint over several steps",
     plans=("fine_ramp",),

@@ -1,8 +1,13 @@
 """The picture was taken before the arm arrived.
 
-The term is a first-order approach: of every step a fraction remains when the picture is taken, after the usual (median)
-wait, and the arm goes on until the next command. Where no times of commands were recorded, a bench may have waited
-equally long before every picture, or taken it when the next command was due.
+Known forms: a loop that leaves a share of each step (a first-order lag; design of the diagnosis, section 8); a servo
+whose speed is limited, by its motor or by a register, and that has covered so much of the way and no more; both, a
+loop whose output saturates far from its goal. Covered: all three, a share for each joint and one speed for the arm, at
+rest or not when the next command comes. Not covered: a ramp planned over all joints so that all arrive at once, ringing
+that lasts until the picture (`unknown` where either leaves more than a few hundredths of the step).
+
+The term is a first-order approach whose speed saturates. Where no times of commands were recorded, a bench may have
+waited equally long before every picture, or taken it when the next command was due, or gone on some time after it.
 """
 
 from __future__ import annotations
@@ -24,36 +29,96 @@ from armtwin.models.world import World
 Array = NDArray[np.float64]
 
 
+# Rad in a usual wait beyond which a servo's speed limits nothing.
+_UNLIMITED_RAD = 6.0
+
+
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
-    """Angles that lack the fraction `values[:n]` of each step."""
-    remaining = np.clip(values[:-1], -0.95, 0.99)
-    timed = values[-1] or context.commanded_s is not None
+    """Angles that lack a part of each step: `values` are the parts left (n,), reach, pause, and until_next_command."""
+    remaining, (reach, pause, until_next) = np.clip(values[:-3], -0.95, 0.99), values[-3:]
+    timed = bool(until_next) or context.commanded_s is not None
     waits, spans = (context.relative_waits, context.relative_spans) if timed else (np.ones(len(context)),) * 2
+    if context.commanded_s is None:
+        spans = spans + pause
     out = np.empty_like(q)
-    state = q[0]
-    for row in range(len(q)):
-        to_go = state - q[row]
-        out[row] = q[row] + _left(remaining, waits[row]) * to_go
-        state = q[row] + _left(remaining, spans[row]) * to_go
+    for joint, part in enumerate(remaining.tolist()):
+        path = q[:, joint].tolist()
+        if reach >= _UNLIMITED_RAD:
+            seen, kept = _left(part, waits).tolist(), _left(part, spans).tolist()
+            out[:, joint] = q[:, joint] + _by_share(path, seen, kept)
+        else:
+            out[:, joint] = q[:, joint] + _by_speed(path, waits.tolist(), spans.tolist(), part, float(reach))
     return out
 
 
-def _left(remaining: Array, usual_waits: float) -> Array:
-    """(n,) parts of a step that are left after so many usual waits."""
-    return np.sign(remaining) * np.abs(remaining) ** usual_waits
+def _left(part: float, usual_waits: Array) -> Array:
+    """(N,) parts of a step that are left after so many usual waits."""
+    out: Array = np.sign(part) * np.abs(part) ** usual_waits
+    return out
+
+
+def _by_share(path: list[float], seen: list[float], kept: list[float]) -> list[float]:
+    """What is left to go when each row is seen, where a step leaves parts of itself."""
+    to_go, before, out = 0.0, path[0], []
+    for goal, at_sight, at_next in zip(path, seen, kept, strict=True):
+        to_go += before - goal
+        out.append(at_sight * to_go)
+        to_go *= at_next
+        before = goal
+    return out
+
+
+def _by_speed(path: list[float], waits: list[float], spans: list[float], part: float, reach: float) -> list[float]:
+    """The same for a servo that covers no more than `reach` in a usual wait; close to its goal it goes by shares."""
+    slow = 1.0 / -math.log(max(abs(part), 1e-9))  # time constant, usual waits
+    near = reach * slow  # way to go from which on the speed is no limit
+
+    def after(way: float, wait: float) -> float:
+        far = abs(way)
+        if far > near:
+            run = (far - near) / reach
+            left = far - reach * wait if wait <= run else near * math.exp((run - wait) / slow)
+        else:
+            left = far * math.exp(-wait / slow)
+        return math.copysign(left, way)
+
+    to_go, before, out = 0.0, path[0], []
+    for goal, wait, span in zip(path, waits, spans, strict=True):
+        to_go += before - goal
+        out.append(after(to_go, wait))
+        to_go = after(to_go, span)
+        before = goal
+    return out
 
 
 def physical(context: Context, values: Array) -> dict[str, Any]:
     """Return the parts as the simulated bench takes them, and the wait after which they are left: no servo of it
     overshoots.
     """
-    parts = {f"remaining{joint + 1}": max(float(part), 0.0) for joint, part in enumerate(values[:-1])}
+    parts = {f"remaining{joint + 1}": max(float(part), 0.0) for joint, part in enumerate(values[:-3])}
+    if values[-3] < _UNLIMITED_RAD:
+        parts["reach_rad"] = float(values[-3])
     return parts if context.time_s is None else {**parts, "wait_s": context.usual_wait_s}
+
+
+def told(context: Context, values: Array) -> list[int]:
+    """Leave out a speed that limits nothing and the pause after a picture where it is known."""
+    n = len(values) - 3
+    idle = {n} if values[n] >= _UNLIMITED_RAD else set()
+    return [k for k in range(len(values)) if k not in idle and not (k == n + 1 and context.commanded_s is not None)]
+
+
+def complexity(context: Context, values: Array) -> float:
+    """Of the joints' parts, a speed that limits and a pause: the logarithm of the rows, and what starts were tried."""
+    smooth = len(values) - 3 + 2 * int(values[-3] < _UNLIMITED_RAD) + int(values[-2] > 0)
+    return (smooth + 2) * float(np.log(len(context))) + smooth * float(np.log(4.0))
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
     return (
         *(Parameter(f"remaining{joint + 1}", (-0.5, 0.98), 0.3) for joint in range(context.arm.n_joints)),
+        Parameter("reach_rad", (0.003, 1.1 * _UNLIMITED_RAD), 0.3, off=None),
+        Parameter("pause", (0.0, 20.0), 3.0),
         Parameter("until_next_command", (0.0, 1.0), 1.0, scanned=True),
     )
 
@@ -65,7 +130,17 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
     # One way of counting is enough where all waits are alike, and where the times of the commands are known.
     one_way = context.commanded_s is not None or np.ptp(context.relative_waits[1:]) < 1e-6
     waits = (0.0,) if one_way else (0.0, 1.0)
-    return [np.array([*np.full(n, fraction), wait]) for fraction in (0.003, 0.05, 0.4) for wait in waits]
+    free = 1.1 * _UNLIMITED_RAD
+    shares = [(part, free, 0.0) for part in (0.003, 0.05, 0.4)] + [(0.05, free, 3.0)]
+    speeds = [(part, reach, 0.0) for part in (0.003, 0.2) for reach in _reaches(context)]
+    return [np.array([*np.full(n, part), reach, pause, w]) for part, reach, pause in shares + speeds for w in waits]
+
+
+def _reaches(context: Context) -> list[float]:
+    """Ways that some of the moves exceed and others do not."""
+    moves = np.abs(np.diff(context.q_cmd, axis=0)).ravel()
+    moves = moves[moves > 1e-6]
+    return [float(way) for way in np.quantile(moves, (0.35, 0.65, 0.9))] if len(moves) else []
 
 
 # --- how the simulated bench makes it ---
@@ -80,16 +155,17 @@ _UNHURRIED_RAD_S = 10_000.0
 
 
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
-    """Make the servos sluggish and take each picture when it is due, arrived or not.
+    """Make the servos sluggish or slow, and take each picture when it is due, arrived or not.
 
     `remaining1`, `remaining2`, ... (or `remaining`, for all) are the parts of a step that are still to go `wait_s`
     after the command, which is then the bench's usual time to a picture. What delays the servos is a slow filter in
-    their boards; the motors could go faster.
+    their boards; the motors could go faster. With `reach_rad` they cannot: they turn by no more than that in `wait_s`.
     """
     wait_s = float(parameters.get("wait_s", world.pose_period_s))
     numbers = range(1, world.arm.n_joints + 1)
     parts = {n: float(parameters.get(f"remaining{n}", parameters["remaining"])) for n in numbers}
-    servo = replace(world.servo, stiffness_nm_rad=_STIFFNESS_NM_RAD, approach_speed_rad_s=_UNHURRIED_RAD_S)
+    speed = float(parameters["reach_rad"]) / wait_s if "reach_rad" in parameters else _UNHURRIED_RAD_S
+    servo = replace(world.servo, stiffness_nm_rad=_STIFFNESS_NM_RAD, approach_speed_rad_s=speed)
 
     def mechanism(spec: mujoco.MjSpec) -> None:
         for number, part in parts.items():
@@ -117,11 +193,14 @@ EFFECT = Effect(
         Injected("remaining", (0.0, 0.99), 0.0),
         Injected("remaining{joint}", (0.0, 0.99), optional=True),
         Injected("wait_s", (0.05, 3600.0), optional=True),
+        Injected("reach_rad", (1e-3, 10.0), optional=True),
     ),
     confused_with=("backlash", "hysteresis", "command_shift"),
     experiment="large and small steps to the same pose, and the same steps with a longer wait",
     plans=("growing_steps",),
     physical=physical,
+    complexity=complexity,
+    told=told,
     needs_return=True,
     in_time=True,
 )

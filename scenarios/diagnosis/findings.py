@@ -24,8 +24,9 @@ def estimates_of(cause: NamedCause, diagnosis: Diagnosis) -> dict[str, Estimate]
     """Return the parameters of a cause by name; of single samples how many, or how often and how far."""
     active = cause.active
     if active.effect.find is None:
-        values = zip(cause.names, active.values, cause.std, strict=True)
-        return {name: Estimate(float(value), float(std)) for name, value, std in values}
+        told, context = active.effect.told, diagnosis.problem.context
+        wanted = range(len(cause.names)) if told is None else told(context, active.values)
+        return {cause.names[k]: Estimate(float(active.values[k]), float(cause.std[k])) for k in wanted}
     if active.effect.name == "outliers":
         return _outliers(active, diagnosis)
     rows = active.effect.physical(diagnosis.problem.context, active.values) if active.effect.physical else {}

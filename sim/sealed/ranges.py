@@ -85,7 +85,16 @@ def _dead_band(rng: Generator, s: Situation) -> Hidden:
 
 
 def _quantization(rng: Generator, s: Situation) -> Hidden:
-    return Hidden(lambda a: {"step_rad": a}, 0.0175, 0.12)
+    """Draw one step for all servos, or one each; counted from each joint's zero or from where it was trimmed."""
+    n = s.arm.n_joints
+    scales = rng.uniform(0.8, 1.25, n) if rng.random() < 0.4 else np.ones(n)
+    trims = rng.uniform(-0.5, 0.5, n) if rng.random() < 0.7 else np.zeros(n)  # in steps
+
+    def parameters(a: float) -> dict[str, Any]:
+        steps = {f"step{j + 1}_rad": float(a * scales[j]) for j in range(n)}
+        return steps | {f"origin{j + 1}_rad": float(a * scales[j] * trims[j]) for j in range(n)}
+
+    return Hidden(parameters, 0.0175, 0.12)
 
 
 def _gravity_sag(rng: Generator, s: Situation) -> Hidden:
@@ -133,24 +142,47 @@ def _thermal_drift(rng: Generator, s: Situation) -> Hidden:
 
 
 def _joint_slip(rng: Generator, s: Situation) -> Hidden:
-    sign, start = _sign(rng), _event(rng, s)
-    return Hidden(lambda a: {"jump_rad": sign * a, "from_sample": start}, 0.01, 0.3, _joint(rng, s))
+    """Draw a slip, and sometimes others after it, or the way back."""
+    start = _event(rng, s)
+    shares, rows = [_sign(rng)], [start]
+    form = rng.random()
+    if form > 0.5:  # again, from one sample in twelve on
+        apart = max(3, round(s.n_poses / 12))
+        rows.append(min(start + int(rng.integers(apart, 3 * apart)), round(0.9 * s.n_poses)))
+        shares.append(-shares[0] if form > 0.75 else _sign(rng) * float(rng.uniform(0.6, 1.2)))
+    names = [(f"jump{k or ''}_rad", f"from_sample{k or ''}") for k in (0, 2)]
+
+    def parameters(a: float) -> dict[str, Any]:
+        slips = zip(names, shares, rows, strict=False)
+        return {key: value for (jump, row), share, at in slips for key, value in ((jump, share * a), (row, at))}
+
+    return Hidden(parameters, 0.01, 0.3, _joint(rng, s))
 
 
 def _settling_lag(rng: Generator, s: Situation) -> Hidden:
+    """Draw shares of each step that are left, or a speed with which long moves do not arrive."""
     shares = rng.uniform(0.5, 1.0, s.arm.n_joints)
-    return Hidden(lambda a: {f"remaining{j + 1}": a * v for j, v in enumerate(shares)}, 0.1, 0.6)
+    if rng.random() < 0.6:
+        return Hidden(lambda a: {f"remaining{j + 1}": a * v for j, v in enumerate(shares)}, 0.1, 0.6)
+    tail = float(rng.uniform(0.0, 0.2))
+    # The slower, the farther off: the amplitude is the part of a stroke of 0.3 rad that a servo does not get through.
+    slow = {f"remaining{j + 1}": tail * float(v) for j, v in enumerate(shares)}
+    return Hidden(lambda a: {**slow, "reach_rad": 0.3 * (1.0 - a)}, 0.3, 0.9)
 
 
 def _missed_command(rng: Generator, s: Situation) -> Hidden:
+    """Draw commands that are lost: of all joints, or of a single one; apart from one another, or several in a row."""
     # Of the commands that would have moved the markers about as far as wanted, some are lost.
     count = int(rng.integers(3, max(4, round(0.04 * s.n_poses)) + 1))
     far = np.abs(np.log(np.maximum(s.steps_px[1:], 1e-9) / s.target_px))
-    samples: list[int] = []
+    run = int(rng.integers(2, 4)) if rng.random() < 0.25 else 1
+    taken: list[int] = []
     for row in rng.permutation(1 + np.argsort(far)[: 6 * count]):
-        if len(samples) < count and all(abs(row - other) > 1 for other in samples):
-            samples.append(int(row))
-    return Hidden(lambda a: {"samples": sorted(samples)}, 1.0, 1.0)
+        if len(taken) < count and all(abs(row - other) > run for other in taken):
+            taken.append(int(row))
+    rows = sorted({row + k for row in taken for k in range(run) if row + k < s.n_poses})
+    key = f"samples{int(rng.integers(1, s.arm.n_joints + 1))}" if rng.random() < 0.4 else "samples"
+    return Hidden(lambda a: {key: rows}, 1.0, 1.0)
 
 
 def _command_shift(rng: Generator, s: Situation) -> Hidden:

@@ -64,7 +64,7 @@ def test_points_that_do_not_count_pull_on_nothing() -> None:
     np.testing.assert_allclose(clean.g, dirty.g)
 
 
-@pytest.mark.parametrize(("name", "values"), [("servo_gain", [1.0]), ("joint_slip", [0.0, 60.0])])
+@pytest.mark.parametrize(("name", "values"), [("servo_gain", [1.0]), ("joint_slip", [0.0, 60.0, *3 * [0.0, 1e3]])])
 def test_one_step_promises_what_a_fit_of_a_linear_effect_reaches(name: str, values: list[float]) -> None:
     data = data_of(problem_of(recording(gain_of(2, 1.01))))
     base = fit(data, data.problem.nominal, ())

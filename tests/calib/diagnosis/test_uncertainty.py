@@ -48,6 +48,6 @@ def test_a_jump_between_well_seen_poses_is_known_to_the_pose(sample: int) -> Non
 
     problem = problem_of(recording(slip))
     data = Data(problem, np.isfinite(problem.observed).all(axis=-1), 0.05)
-    jump = Active(effect_named("joint_slip"), Site(joint=2), np.array([0.0, float(sample)]))
+    jump = Active(effect_named("joint_slip"), Site(joint=2), np.array([0.0, float(sample), *3 * [0.0, 1e3]]))
     model = fit(data, problem.nominal, (jump,))
     assert uncertainty(data, model).effects_std[0][1] < 0.5

@@ -64,3 +64,32 @@ def test_a_marker_that_hardly_moves_on_the_way_need_not_miss_its_own_pose_by_as_
     observed = predicted[[0, 0, 2]] + np.array([[0.0, 0.0], [0.15, 0.0], [0.0, 0.0]])[:, None]
     ((_, rows),) = find(context_of(), View(observed, predicted, 0.1))
     assert rows.tolist() == [1]
+
+
+def test_a_joint_whose_packet_was_lost_stays_while_the_others_move() -> None:
+    context = context_of()
+    out = turned("missed_command", context, [7 + 2 / 128])
+    np.testing.assert_array_equal(out[7], [context.q_cmd[7, 0], context.q_cmd[6, 1], context.q_cmd[7, 2]])
+
+
+@pytest.mark.parametrize(
+    "missed", [[5.0078125], [5.046875, 20.0, 33.03125], [10.015625, 11.0, 12.015625]]
+)
+def test_which_joints_stayed_is_found_by_trying_each_set_of_them(missed: list[float]) -> None:
+    context = context_of()
+    observed = pixels(context, active("missed_command", missed))
+    noisy = observed + NOISE_PX * np.random.default_rng(2).standard_normal(observed.shape)
+
+    def replay(commands: np.ndarray) -> np.ndarray:
+        return pixels(context_of(commands))
+
+    find = effect_named("missed_command").find
+    assert find is not None
+    ((_, found),) = find(context, View(noisy, pixels(context), NOISE_PX, replay))
+    np.testing.assert_allclose(found, missed)
+
+
+def test_the_simulated_bench_is_told_which_joint_missed_which_sample() -> None:
+    physical = effect_named("missed_command").physical
+    assert physical is not None
+    assert physical(context_of(), np.array([3.0, 9 + 3 / 128])) == {"samples": [3], "samples1": [9], "samples2": [9]}
