@@ -72,9 +72,7 @@ def test_a_joint_whose_packet_was_lost_stays_while_the_others_move() -> None:
     np.testing.assert_array_equal(out[7], [context.q_cmd[7, 0], context.q_cmd[6, 1], context.q_cmd[7, 2]])
 
 
-@pytest.mark.parametrize(
-    "missed", [[5.0078125], [5.046875, 20.0, 33.03125], [10.015625, 11.0, 12.015625]]
-)
+@pytest.mark.parametrize("missed", [[5.0078125], [5.046875, 20.0, 33.03125], [10.015625, 11.0, 12.015625]])
 def test_which_joints_stayed_is_found_by_trying_each_set_of_them(missed: list[float]) -> None:
     context = context_of()
     observed = pixels(context, active("missed_command", missed))
