@@ -69,7 +69,7 @@ def _ros_lines(camera: Camera, name: str) -> list[str]:
     return [
         *_head(camera, name),
         *_block("camera_matrix", camera.K),
-        f"distortion_model: {camera.lens.model}",
+        f"distortion_model: {camera.lens.ros_model}",
         *_block("distortion_coefficients", camera.lens.coefficients.reshape(1, -1)),
         *_block("rectification_matrix", np.eye(3)),
         *_block("projection_matrix", P),

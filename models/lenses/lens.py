@@ -21,7 +21,7 @@ class Lens(ABC):
     """A lens model with its coefficients.
 
     Attributes:
-        model: what the recording contract and ROS call the model.
+        model: its name.
         names: of the coefficients, in the order of files.
         coefficients: (m,) their values.
 
@@ -56,6 +56,11 @@ class Lens(ABC):
     @abstractmethod
     def limit_rad(self) -> float:
         """Angle from the axis up to which rays farther out land farther out; beyond it the model folds back."""
+
+    @property
+    def ros_model(self) -> str:
+        """What ROS calls the model, in camera files and recordings."""
+        return self.model
 
     @property
     def sensor(self) -> Array:

@@ -20,6 +20,11 @@ class ThinPrism(Rational):
     model = "thin_prism"
     names = (*Rational.names, "s1", "s2", "s3", "s4")
 
+    @property
+    def ros_model(self) -> str:
+        """ROS has no name of its own for it: the number of coefficients tells, as in OpenCV."""
+        return Rational.model
+
     def distort(self, points: Array) -> Array:
         """Map (..., 2) corrected to distorted normalised coordinates."""
         s1, s2, s3, s4 = self.coefficients[8:12]

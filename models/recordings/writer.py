@@ -55,7 +55,7 @@ def camera_table(camera: Camera) -> dict[str, Any]:
         "image_width": camera.image_width,
         "image_height": camera.image_height,
         "camera_matrix": camera.K.tolist(),
-        "distortion_model": camera.lens.model,
+        "distortion_model": camera.lens.ros_model,
         "distortion_coefficients": camera.lens.coefficients.tolist(),
         "board_to_camera_rotation": camera.R_board_camera.tolist(),
         "board_to_camera_translation_mm": camera.t_board_camera_mm.tolist(),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -13,7 +14,7 @@ import pytest
 from armtwin.models.camera import Camera
 from armtwin.models.camera_files import read_camera, write_camera
 from armtwin.models.errors import InputError
-from armtwin.models.lenses import Equidistant, PlumbBob, Rational
+from armtwin.models.lenses import Equidistant, PlumbBob, Rational, lens_named
 
 CASES = Path(__file__).parents[4] / "shared" / "cases" / "camera-files"
 FIVE = [-0.030605, 0.035201, -0.000138, -0.000146, -0.01204]
@@ -324,6 +325,27 @@ def test_a_fisheye_is_told_by_either_of_image_pipelines_words(tmp_path: Path, li
 def test_a_fisheye_that_calls_itself_plumb_bob_is_refused(tmp_path: Path) -> None:
     told = refusal(tmp_path, ROS + "camera_model: fisheye\n")
     assert "distortion_model: found 'plumb_bob' beside camera_model 'fisheye'" in told
+
+
+@pytest.mark.parametrize("count", [12, 14])
+@pytest.mark.parametrize("suffix", [".yaml", ".yml"])
+def test_a_thin_prism_is_told_by_its_number_of_coefficients(tmp_path: Path, count: int, suffix: str) -> None:
+    lens = lens_named("rational_polynomial", 0.01 * np.arange(1.0, count + 1.0))
+    write_camera(tmp_path / f"camera{suffix}", replace(read(tmp_path, ROS), lens=lens))
+    again = read_camera(tmp_path / f"camera{suffix}").lens
+    assert type(again) is type(lens)
+    np.testing.assert_array_equal(again.coefficients, lens.coefficients)
+    if suffix == ".yaml":
+        assert "distortion_model: rational_polynomial\n" in (tmp_path / "camera.yaml").read_text()
+
+
+def test_models_that_are_not_held_are_named_with_what_to_do(tmp_path: Path) -> None:
+    scaramuzza = "fisheyeIntrinsics\n MappingCoefficients: [880 -3e-4 0 0]\n RadialDistortion: []\n"
+    assert "fisheyeIntrinsics (Scaramuzza's model), wanted cameraIntrinsics" in refusal(tmp_path, scaramuzza, "f.txt")
+    stereo = "M1: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   data: [1, 0, 0, 0, 1, 0, 0, 0, 1]\nM2: 1\n"
+    assert "stereo cameras M1 and M2, wanted one" in refusal(tmp_path, stereo, "intrinsics.yml")
+    omni = ROS.replace("plumb_bob", "omnidirectional")
+    assert "found 'omnidirectional', wanted one of plumb_bob" in refusal(tmp_path, omni)
 
 
 def test_a_skew_is_kept(tmp_path: Path) -> None:
