@@ -26,8 +26,6 @@ Array = NDArray[np.float64]
 _PRIORS = {"k1": 0.2, "k2": 0.6, "p1": 0.01, "p2": 0.01, "k3": 2.0, "k4": 0.2, "k5": 0.6, "k6": 2.0}
 _PRIORS |= dict.fromkeys(("s1", "s2", "s3", "s4", "tau_x", "tau_y"), 0.01)
 _FISHEYE_PRIORS = {"k1": 0.05, "k2": 0.05, "k3": 0.05, "k4": 0.05}
-# What can be put into any webcam's lens by name.
-_INJECTED = ("k1", "k2", "p1", "p2", "k3")
 
 
 def term(context: Context, path: CameraPath, values: Array, site: Site) -> CameraPath:
@@ -57,9 +55,9 @@ def _priors(lens: Lens) -> dict[str, float]:
 
 
 def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
-    """Put another lens on the camera: changes of `k1`, `k2`, `p1`, `p2`, `k3`; a missing one is 0."""
+    """Put another lens on the camera: changes of its coefficients by name; a missing one is 0."""
     camera = world.true_camera
-    strange = [name for name in _INJECTED if name not in camera.lens.names and float(parameters[name]) != 0.0]
+    strange = [name for name in _PRIORS if name not in camera.lens.names and float(parameters.get(name, 0.0)) != 0.0]
     if strange:
         raise InputError(f"{strange[0]}: the lens of this camera has {', '.join(camera.lens.names)}; set one of those")
     change = np.array([float(parameters.get(name, 0.0)) for name in camera.lens.names])
@@ -75,7 +73,7 @@ EFFECT = Effect(
     term=term,
     starts=_starts,
     injector=inject,
-    injected=tuple(Injected(name, (-20 * _PRIORS[name], 20 * _PRIORS[name]), 0.0) for name in _INJECTED),
+    injected=tuple(Injected(name, (-20 * std, 20 * std), 0.0) for name, std in _PRIORS.items()),
     confused_with=("camera_tilt", "focal_length"),
     experiment="the arm spread over the whole picture, corners included; the board photographed there",
     applies=needs_camera,

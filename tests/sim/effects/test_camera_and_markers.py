@@ -1,5 +1,6 @@
 """What is wrong with the camera, the stickers and their detection; and axes that are not square to the picture."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from armtwin.models.camera import project
 from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.errors import InputError
+from armtwin.models.lenses import Equidistant
 from armtwin.models.world import World
 from armtwin.sim.observe import make_recording, pixels_of
 from armtwin.sim.physics.simulation import ArmSimulation, simulate
@@ -26,6 +28,16 @@ def shift(name: str, parameters: dict[str, Any], marker: str | None = None) -> d
     """(N, 2) px by which an effect moves each marker."""
     without = pixels(flat_world())
     return {m: p - without[m] for m, p in pixels(with_effect(flat_world(), name, parameters, marker=marker)).items()}
+
+
+def test_a_fisheye_is_changed_by_its_own_coefficients() -> None:
+    lens = Equidistant(np.array([0.03, 0.01, -0.01, 0.001]))
+    world = flat_world()
+    fisheye = replace(world, true_camera=replace(world.true_camera, lens=lens))
+    changed = with_effect(fisheye, "lens_distortion", {"k4": 0.02}).true_camera.lens
+    np.testing.assert_allclose(changed.coefficients - lens.coefficients, [0.0, 0.0, 0.0, 0.02], atol=1e-15)
+    with pytest.raises(InputError, match="p1: the lens of this camera has k1, k2, k3, k4"):
+        with_effect(fisheye, "lens_distortion", {"p1": 0.01})
 
 
 def test_an_arm_farther_away_looks_smaller() -> None:
