@@ -12,6 +12,7 @@ from armtwin.models.arm import Arm
 from armtwin.models.csv_table import finite
 from armtwin.models.errors import InputError
 from armtwin.models.plan import read_plan, read_plan_table, trajectories_of
+from armtwin.models.trajectories import paper_trajectories
 
 Array = NDArray[np.float64]
 
@@ -37,6 +38,17 @@ class WantedPath:
 
     def __len__(self) -> int:
         return len(self.trajectory)
+
+
+def wanted_path(name: str, arm: Arm) -> WantedPath:
+    """Return the path of a file, or of the paper's trajectories where `name` is 'paper'; raises `InputError`."""
+    if name != "paper":
+        return read_wanted_path(Path(name), arm)
+    paths = paper_trajectories()
+    poses = np.concatenate(list(paths.values()))
+    names = np.concatenate([np.full(len(path), trajectory) for trajectory, path in paths.items()])
+    places = tuple(f"pose {row}" for row in range(len(poses)))
+    return WantedPath(names, np.zeros(len(poses)), places, tip_mm=poses[:, :2], theta_rad=poses[:, 2])
 
 
 def read_wanted_path(path: Path, arm: Arm) -> WantedPath:

@@ -17,7 +17,7 @@ from armtwin.models.export.held import Held
 from armtwin.models.plan import Plan
 from armtwin.models.recordings.recording import Recording
 from armtwin.models.twin import Twin
-from armtwin.models.wanted_path import WantedPath, read_wanted_path
+from armtwin.models.wanted_path import WantedPath, wanted_path
 from armtwin.scenarios.benches import door
 from armtwin.scenarios.benches.spec import bench_spec
 from armtwin.scenarios.diagnosis.measured import measured
@@ -97,11 +97,11 @@ def export_urdf(
 
 
 def correct(twin: Twin, plan: PathLike | WantedPath) -> Correction:
-    """Return commands that bring the arm where `plan` wants it: a CSV, or a path made in memory.
+    """Return commands that bring the arm where `plan` wants it: a CSV, `paper`, or a path made in memory.
 
     Raises `InputError` for a plan that cannot be read, or of which no point can be reached.
     """
-    wanted = plan if isinstance(plan, WantedPath) else read_wanted_path(Path(plan), twin.arm)
+    wanted = plan if isinstance(plan, WantedPath) else wanted_path(os.fspath(plan), twin.arm)
     return correction.correct(twin, wanted)
 
 

@@ -71,7 +71,7 @@ def calibrate_command(
     Writes calibration.json (estimates with standard deviations and 95 % intervals, identifiability, error before and
     after) and arm.toml (the arm with its calibrated lengths; the joint zeros stand in calibration.json).
 
-    Example: armtwin calibrate recordings/circles --out calibrated --hold-out line
+    Example: armtwin calibrate out/paper/recordings/before --out calibrated --hold-out line
     """
     with only_results(out):
         _calibrate(recording, out, method, hold_out, mend)

@@ -18,7 +18,7 @@ from armtwin.models import atomic
 from armtwin.models.errors import InputError
 from armtwin.models.plan import write_plan
 from armtwin.models.twin import read_twin
-from armtwin.models.wanted_path import read_wanted_path
+from armtwin.models.wanted_path import wanted_path
 from armtwin.scenarios.twins.correction import Correction, correct
 
 _MOST_LINES = 10
@@ -27,7 +27,8 @@ _MOST_LINES = 10
 def correct_command(
     twin: Annotated[Path, typer.Argument(metavar="TWIN", help="twin.toml, as armtwin diagnose writes it.")],
     plan: Annotated[
-        Path, typer.Argument(metavar="PLAN.csv", help="theta1_cmd_rad, … or x_mm, y_mm[, theta_F_rad]: where to go.")
+        str,
+        typer.Argument(metavar="PLAN.csv", help="theta1_cmd_rad, … or x_mm, y_mm[, theta_F_rad]; or 'paper'."),
     ],
     out: Annotated[Path, typer.Option("--out", metavar="CORRECTED.csv", help="The commands that go there: a plan.")],
     pulses: Annotated[
@@ -40,14 +41,14 @@ def correct_command(
     The twin is run through the plan in MuJoCo until nothing moves the commands any more. Points out of reach are named
     and left out. With --pulses CORRECTED_pulses.csv holds whole microseconds for each servo of the board.
 
-    Example: armtwin correct diagnosed/twin.toml path.csv --out corrected.csv
+    Example: armtwin correct out/paper/diagnosis/twin.toml paper --out corrected.csv
     """
     found = read_twin(twin)
     bench = None if pulses is None else read_bench(pulses)
     if bench is not None and bench.arm.n_joints != found.arm.n_joints:
         joints = f"{bench.arm.n_joints} joints, the twin {found.arm.n_joints}"
         raise InputError(f"{pulses}: the bench has {joints}; give the bench that the twin was measured on")
-    correction = correct(found, read_wanted_path(plan, found.arm))
+    correction = correct(found, wanted_path(plan, found.arm))
     if bench is not None:
         bench.limits.check_plan(correction.plan, out.name)
         atomic.write_text(pulses_beside(out), pulses_csv(correction, bench))

@@ -56,7 +56,7 @@ def diagnose_command(
     next_experiment.csv, the poses that tell them apart. With --bench also recording/, the experiments' poses included,
     and experiments/, what a bench with a camera recorded.
 
-    Example: armtwin diagnose recordings/circles --out diagnosed
+    Example: armtwin diagnose out/paper/recordings/before --out diagnosed
     """
     where = None if bench is None else bench_spec(bench, token=token)
     for path in effects or ():

@@ -32,7 +32,7 @@ def export_command(
     MJCF holds gaps, springs, friction and the servos; URDF holds lengths, joint zeros (in <origin>), masses, limits.
     A note beside the file, NAME.armtwin.json, says what it cannot hold.
 
-    Example: armtwin export diagnosed/twin.toml --mjcf arm.xml
+    Example: armtwin export out/paper/diagnosis/twin.toml --mjcf arm.xml
     """
     if mjcf is None and urdf is None:
         raise InputError("give --mjcf OUT.xml or --urdf OUT.urdf")

@@ -40,7 +40,7 @@ def measure_command(
 
     Writes recording.json and samples.csv with the markers' pixels; an empty cell is a marker that was not seen.
 
-    Example: armtwin measure recordings/circles --method subpixel --out recordings/circles_measured
+    Example: armtwin measure out/paper/recordings/before --method subpixel --out measured
     """
     check_out_folder(out)
     data = read_recording(recording, unmeasured=True)

@@ -30,7 +30,7 @@ def simulate_command(
 ) -> None:
     """Run a twin through a plan in MuJoCo and write what its bench would record.
 
-    Example: armtwin simulate diagnosed/twin.toml paper --out simulated
+    Example: armtwin simulate out/paper/diagnosis/twin.toml paper --out simulated
     """
     check_out_folder(out)
     if out.exists() and any(out.iterdir()):

@@ -1,0 +1,110 @@
+"""Make the pages of the site in build/docs: those of this folder, guides of the rooms, and the reference from the code.
+
+python docs/build_pages.py && mkdocs build
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+import shutil
+from pathlib import Path
+
+import cv2
+import numpy as np
+from typer.testing import CliRunner
+
+import armtwin
+from armtwin.models.arm import nominal_arm
+from armtwin.models.camera_files import nominal_camera
+from armtwin.models.catalogue.reference import as_markdown, reference
+from armtwin.models.kinematics import Deviation
+from armtwin.models.plan import paper_plan
+from armtwin.models.twin import Twin, TwinEffect, rebuild
+from armtwin.scenarios.cli import COMMANDS, build_app
+from armtwin.scenarios.diagnosis.pipeline import report_on, write_report
+from armtwin.scenarios.twins.simulation import simulate
+from armtwin.sim.bench import SimulatedBench
+
+HERE = Path(__file__).parent
+ROOT = HERE.parent
+OUT = ROOT / "build" / "docs"
+# Guides that stand in the rooms they tell of.
+GUIDES = {
+    "tutorials/own-bench.md": "hardware/bench-guide.md",
+    "tutorials/own-effect.md": "models/effects/README.md",
+}
+REPOSITORY_LINK = re.compile(r"\[([^\]]+)\]\((?!https?://|#)([^)]+)\)")
+
+
+def main() -> None:
+    """Write every page and picture."""
+    shutil.rmtree(OUT, ignore_errors=True)
+    shutil.copytree(HERE, OUT, ignore=shutil.ignore_patterns("*.py", "__pycache__"))
+    for page, guide in GUIDES.items():
+        _copy_guide(ROOT / guide, OUT / page)
+    pages = {"effects.md": as_markdown(reference()), "commands.md": commands_page(), "python.md": python_page()}
+    for name, text in pages.items():
+        (OUT / "reference").mkdir(exist_ok=True)
+        (OUT / "reference" / name).write_text(text, "utf-8")
+    make_pictures(OUT / "pictures")
+
+
+def commands_page() -> str:
+    """Return the help of every command."""
+    parts = ["# Commands", "", "Exit code 0: done; 1: the job failed; 2: the input is wrong, and one line says where."]
+    runner = CliRunner()
+    for name in COMMANDS:
+        help_text = runner.invoke(build_app(name), [name, "--help"], env={"COLUMNS": "100", "TERM": "dumb"}).output
+        parts += ["", f"## armtwin {name}", "", "```text", help_text.strip("\n"), "```"]
+    return "\n".join(parts) + "\n"
+
+
+def python_page() -> str:
+    """Return what `import armtwin` offers, by its docstrings."""
+    parts = ["# Python", "", "```text", inspect.cleandoc(armtwin.__doc__ or ""), "```"]
+    for name in sorted(armtwin.__all__, key=str.lower):
+        value = getattr(armtwin, name)
+        kind = "class" if inspect.isclass(value) else "function"
+        parts += ["", f"## {name}", ""]
+        if kind == "function":
+            parts += ["```python", f"armtwin.{name}{inspect.signature(value)}", "```", ""]
+        parts += ["```text", inspect.getdoc(value) or "", "```"]
+    return "\n".join(parts) + "\n"
+
+
+def make_pictures(folder: Path) -> None:
+    """Film a pose, and diagnose a recording with play, as a reader would."""
+    folder.mkdir(parents=True)
+    arm = nominal_arm()
+    deviation = Deviation(np.array([1.5, -2.0, 0.4, 0.0]), np.array([0.02, -0.03, 0.01]))
+    play = TwinEffect("backlash", 2, None, {"width_rad": 0.02})
+    twin = Twin(arm, deviation, np.array([8.0, -6.0, -80.87]), nominal_camera(), (play,))
+    plan = paper_plan(arm)
+    with SimulatedBench(rebuild(twin)) as bench:
+        bench.move(plan.q_cmd[0])
+        cv2.imwrite(str(folder / "frame.jpg"), bench.capture().image, [cv2.IMWRITE_JPEG_QUALITY, 85])
+    aside = folder / "diagnosis"
+    write_report(aside, "play at joint 2", report_on(simulate(twin, plan, seed=1, held_out=("line",))))
+    shutil.move(aside / "report.html", folder / "report.html")
+    shutil.rmtree(aside)
+
+
+def _copy_guide(source: Path, page: Path) -> None:
+    """Copy a room's guide with its pictures; links to other files of the repository become their names."""
+    text = source.read_text("utf-8")
+
+    def linked(match: re.Match[str]) -> str:
+        label, target = match.groups()
+        file = (source.parent / target.split("#")[0]).resolve()
+        if file.suffix in (".png", ".jpg", ".svg") and file.is_file():
+            shutil.copyfile(file, page.parent / file.name)
+            return f"[{label}]({file.name})"
+        return f"{label} (`{file.relative_to(ROOT)}`)" if file.is_relative_to(ROOT) else label
+
+    page.parent.mkdir(parents=True, exist_ok=True)
+    page.write_text(REPOSITORY_LINK.sub(linked, text), "utf-8")
+
+
+if __name__ == "__main__":
+    main()
