@@ -31,6 +31,7 @@ ROOT = HERE.parent
 OUT = ROOT / "build" / "docs"
 # Guides that stand in the rooms they tell of.
 GUIDES = {
+    "measurements.md": "docs/measurements.md",
     "tutorials/own-bench.md": "hardware/bench-guide.md",
     "tutorials/own-effect.md": "models/effects/README.md",
 }
