@@ -23,7 +23,7 @@ _JPEG_QUALITY = 82
 class Miss:
     """How far a recorded pose was off: the twin's tip and the measured less the expected tip, mm, the worst marker, mm.
 
-    `twin` is the name of the one that stood beside the bench then; `tip_mm` and `miss_mm` are None where the tip was not found.
+    `twin` is the name of the one that stood beside the bench then; `tip_mm` and `miss_mm` are None without a tip found.
     """
 
     twin: str
