@@ -26,7 +26,7 @@ _MARKS = (
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
-_SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
+_SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
 _COMMENTS = ("#", "%", "//")
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 _DECIMAL_POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
@@ -123,10 +123,22 @@ def in_units(table: CsvTable, valid: list[str]) -> CsvTable:
 
 def _contract_name(name: str, valid: list[str]) -> tuple[str, float]:
     if name not in valid:
+        name = _plain(name, valid)
         for ending, (wanted, factor) in _UNITS.items():
             if name.endswith(ending) and name.removesuffix(ending) + wanted in valid:
                 return name.removesuffix(ending) + wanted, factor
     return name, 1.0
+
+
+def _plain(name: str, valid: list[str]) -> str:
+    """Return 'Theta1 cmd [deg]', as people write headings, as theta1_cmd_deg where that is one of ours."""
+    if not re.search(r"[\s()\[\]°]", name):
+        return name
+    words = "_".join(re.findall(r"[A-Za-z0-9]+", name.replace("°", " deg ")))
+    known = list(valid)
+    for ending, (wanted, _) in _UNITS.items():
+        known += [one.removesuffix(wanted) + ending for one in valid if one.endswith(wanted)]
+    return {one.lower(): one for one in known}.get(words.lower(), name)
 
 
 def _refuse_unit(file: str, name: str, valid: list[str]) -> None:

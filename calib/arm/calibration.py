@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from armtwin.models.kinematics import Deviation
+from armtwin.models.tabular import html_table
 
 Array = NDArray[np.float64]
 
@@ -75,6 +76,15 @@ class ArmCalibration:
         """(P, 2) intervals that hold the truth in 95 of 100 recordings (Student's t, the noise being estimated)."""
         reach = stats.t.ppf(0.975, self.degrees_of_freedom) if self.degrees_of_freedom > 0 else np.nan
         return self.values[:, None] + np.array([-1.0, 1.0]) * (reach * self.std)[:, None]
+
+    def columns(self) -> dict[str, Any]:
+        """Return a row a parameter: its name, value, standard deviation and 95 % interval."""
+        low, high = self.intervals95.T
+        spread = {"std": self.std, "low95": low, "high95": high}
+        return {"parameter": np.array(self.names), "value": self.values, **spread}
+
+    def _repr_html_(self) -> str:
+        return html_table(f"Arm calibration, {self.method}, {self.n_poses} poses", self.columns())
 
     def as_table(self) -> dict[str, Any]:
         """Return the calibration as plain data for a JSON file; keys carry units."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from armtwin.calib.diagnosis.uncertainty import uncertainty
 from armtwin.models.catalogue.predict import Active
 from armtwin.models.errors import RecordingError
 from armtwin.models.recordings.recording import Recording
+from armtwin.models.tabular import html_table
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]
@@ -84,6 +85,27 @@ class Diagnosis:
     explanation: Explanation
     fit_rows: Bool
     held_rows: Bool
+
+    def columns(self) -> dict[str, Any]:
+        """Return a row a parameter of each cause: effect, joint, marker, parameter, value, standard deviation."""
+        rows = [
+            (cause.active, name, value, std)
+            for cause in self.causes
+            for name, value, std in zip(cause.names, cause.active.values, cause.std, strict=False)
+        ]
+        return {
+            "effect": [active.effect.name for active, *_ in rows],
+            "joint": [active.site.joint for active, *_ in rows],
+            "marker": [active.site.marker for active, *_ in rows],
+            "parameter": [name for _, name, *_ in rows],
+            "value": [float(value) for *_, value, _ in rows],
+            "std": [float(std) for *_, std in rows],
+        }
+
+    def _repr_html_(self) -> str:
+        held = self.held_out
+        errors = f"{held.before_rms_mm:.3g} → {held.after_rms_mm:.3g} mm on held-out poses"
+        return html_table(f"Diagnosis: {self.verdict}; {errors}", self.columns())
 
 
 def diagnose(recording: Recording, progress: Callable[[str], None] = lambda _: None) -> Diagnosis:

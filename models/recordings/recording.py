@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.arm import Arm
 from armtwin.models.camera import Camera
+from armtwin.models.tabular import html_table
 
 Array = NDArray[np.float64]
 
@@ -61,6 +63,21 @@ class Recording:
     def has_time(self) -> bool:
         """Whether every row has a time."""
         return bool(np.isfinite(self.time_s).all())
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return the columns of `samples.csv` by name, (N,) each, NaN where a cell is empty."""
+        n = range(self.arm.n_joints)
+        out: dict[str, NDArray[Any]] = {"sample": self.sample, "time_s": self.time_s, "trajectory": self.trajectory}
+        out |= {f"theta{i + 1}_cmd_rad": self.q_cmd[:, i] for i in n}
+        for name, pixels in self.markers_px.items():
+            out |= {f"{name}_{axis}_px": pixels[:, k] for k, axis in enumerate("uv")}
+        if self.q_meas is not None:
+            out |= {f"theta{i + 1}_meas_rad": self.q_meas[:, i] for i in n}
+        return out | {name: getattr(self, name) for name in OPTIONAL_COLUMNS if getattr(self, name) is not None}
+
+    def _repr_html_(self) -> str:
+        kinds = len(set(self.trajectory.tolist()))
+        return html_table(f"Recording of '{self.arm.name}': {len(self)} rows, {kinds} trajectories", self.columns())
 
     def frame_path(self, row: int) -> Path | None:
         """Return where the frame of a row would be, or None for a recording made in memory."""

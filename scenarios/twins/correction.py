@@ -8,6 +8,7 @@ steps, a dead band) the commands of the run that missed least are kept.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from armtwin.models.errors import InputError
 from armtwin.models.kinematics import forward
 from armtwin.models.plan import Plan
 from armtwin.models.reach import reach, tip_errors, tip_slopes
+from armtwin.models.tabular import html_table
 from armtwin.models.twin import Twin, rebuild
 from armtwin.models.wanted_path import WantedPath
 from armtwin.models.world import World
@@ -57,6 +59,16 @@ class Correction:
     after_rad: Array | None
     out_of_reach: tuple[tuple[str, float], ...]
     notes: tuple[str, ...]
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return the commands with the errors before and expected after, a row a pose."""
+        commands = {f"theta{i + 1}_cmd_rad": self.plan.q_cmd[:, i] for i in range(self.plan.q_cmd.shape[1])}
+        errors = {"before_mm": self.before_mm, "after_mm": self.after_mm}
+        return {"trajectory": self.plan.trajectory, **commands, **errors}
+
+    def _repr_html_(self) -> str:
+        before, after = (float(np.sqrt(np.mean(values**2))) for values in (self.before_mm, self.after_mm))
+        return html_table(f"Corrected plan: {before:.3g} → {after:.3g} mm expected", self.columns())
 
 
 def correct(twin: Twin, wanted: WantedPath) -> Correction:

@@ -47,6 +47,9 @@ def path(tmp_path: Path) -> Path:
         PLAIN + ",,\n,,\n",
         PLAIN.replace("-1.25", "\u22121.25"),
         PLAIN.replace("theta1_cmd_rad", " theta1_cmd_rad "),
+        PLAIN.replace(",", "|"),
+        PLAIN.replace("theta1_cmd_rad", "Theta1_cmd [rad]"),
+        PLAIN.replace("theta1_cmd_rad", "theta1 cmd (rad)"),
     ],
     ids=[
         *(
@@ -60,6 +63,7 @@ def path(tmp_path: Path) -> Path:
             "sep;",
         ),
         *("comments", "old Mac", "a comma at every end", "empty rows below", "true minus", "spaces"),
+        *("bars", "brackets", "words"),
     ],
 )
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-32"])
@@ -88,7 +92,7 @@ def test_a_column_in_degrees_is_turned_into_radians_and_named_as_it_stands(path:
         (PLAIN.replace(",", ";").replace("0.5", "0,5"), "decimal comma in line 2 .* decimal point in line 3"),
         (PLAIN.replace(",", ";").replace("0.5", "1.234,5"), "'1.234,5' has signs between thousands"),
         (PLAIN.replace(",", " "), "words with spaces between; save it with commas"),
-        ("sep=|\n" + PLAIN, "commas, semicolons, tabs can be read"),
+        ("sep=/\n" + PLAIN, "commas, semicolons, tabs, bars can be read"),
         (PLAIN.replace("sample", "theta1_cmd_deg"), "stands twice"),
         ("# only a comment\n", "no rows; one row a pose is wanted"),
     ],
