@@ -6,15 +6,15 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 # Rows that a notebook shows of a long table.
 _SHOWN = 12
 
 
-def html_table(title: str, columns: Mapping[str, Sequence[Any]]) -> str:
-    """Return a heading and the first rows of columns of one length; everything from outside is escaped."""
+def html_table(title: str, columns: Mapping[str, Any]) -> str:
+    """Return a heading and the first rows of sequences of one length; everything from outside is escaped."""
     rows = len(next(iter(columns.values()))) if columns else 0
     head = "".join(f"<th>{html.escape(name)}</th>" for name in columns)
     body = "".join(
