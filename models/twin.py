@@ -34,6 +34,7 @@ from armtwin.models.camera import Camera
 from armtwin.models.camera_files import nominal_camera
 from armtwin.models.catalogue.injection import Stated
 from armtwin.models.catalogue.registry import effect_named
+from armtwin.models.catalogue.site import Site
 from armtwin.models.errors import InputError
 from armtwin.models.kinematics import Deviation
 from armtwin.models.recordings.reader import camera_from_table
@@ -65,6 +66,11 @@ class TwinEffect:
     joint: int | None
     marker: str | None
     parameters: Mapping[str, Any]
+
+    @property
+    def site(self) -> Site:
+        """Where it sits."""
+        return Site(self.joint, self.marker)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +135,7 @@ def read_twin(path: Path) -> Twin:
             raise InputError(f"{path.name}: {row('effects', number)}: effect: {error}") from None
         try:
             at = f"{row('effects', number)}: "
-            known.check(Stated(effect.parameters, effect.joint, effect.marker, at, "parameters."), arm)
+            known.check(Stated(effect.parameters, Site(effect.joint, effect.marker), at, "parameters."), arm)
         except InputError as error:
             raise InputError(f"{path.name}: {error}") from None
     geometry = file.geometry
@@ -177,9 +183,7 @@ def rebuild(twin: Twin) -> World:
     world = ideal_world(twin.arm, camera, plane_z_mm, twin.base_in_board_mm, twin.deviation)
     for effect in sorted(twin.effects, key=lambda effect: effect_named(effect.effect).stage):
         try:
-            world = effect_named(effect.effect).inject(
-                world, effect.parameters, joint=effect.joint, marker=effect.marker
-            )
+            world = effect_named(effect.effect).inject(world, effect.parameters, effect.site)
             world.compile()
         except InputError as error:
             raise InputError(f"effect '{effect.effect}': {error}") from None
@@ -190,8 +194,4 @@ def rebuild(twin: Twin) -> World:
 
 def _effect_table(effect: TwinEffect) -> dict[str, Any]:
     table: dict[str, Any] = {"effect": effect.effect}
-    if effect.joint is not None:
-        table["joint"] = effect.joint
-    if effect.marker is not None:
-        table["marker"] = effect.marker
-    return {**table, "parameters": dict(effect.parameters)}
+    return {**table, **effect.site.keys, "parameters": dict(effect.parameters)}

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from armtwin.models.arm import Arm
 from armtwin.models.camera import Camera
+from armtwin.models.catalogue.site import Site
 from armtwin.models.errors import InputError
 from armtwin.models.kinematics import Deviation
 from armtwin.models.mjcf import build_arm
@@ -173,11 +174,11 @@ def ideal_world(
     )
 
 
-def joint_index(world: World, joint: int | None) -> int:
-    """Index from 0 of joint (link, axis) `joint`, which counts from 1; raises `InputError` where there is none."""
-    if joint is None or not 1 <= joint <= world.arm.n_joints:
-        raise InputError(f"joint {joint}: this effect needs a joint from 1 to {world.arm.n_joints}")
-    return joint - 1
+def joint_index(world: World, site: Site) -> int:
+    """Index from 0 of a site's joint (link, axis), which counts from 1; raises `InputError` where there is none."""
+    if site.joint is None or not 1 <= site.joint <= world.arm.n_joints:
+        raise InputError(f"joint {site.joint}: this effect needs a joint from 1 to {world.arm.n_joints}")
+    return site.joint - 1
 
 
 def checked_marker(world: World, marker: str | None) -> str:

@@ -5,8 +5,11 @@ from __future__ import annotations
 import multiprocessing
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
+
+from armtwin.models.catalogue.registry import register_file
 
 # More threads of linear algebra would only compete for the same cores, and sums would depend on how they are split.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "LP_NUM_THREADS"), "1")
@@ -26,6 +29,13 @@ def end_with_parent() -> None:
         os._exit(1)
 
     threading.Thread(target=watch, name="end-with-parent", daemon=True).start()
+
+
+def begin_worker(effects: Sequence[Path]) -> None:
+    """Begin a spawned process: it ends with its parent, and knows the effects of the files that its parent does."""
+    end_with_parent()
+    for path in effects:
+        register_file(path)
 
 
 @contextmanager

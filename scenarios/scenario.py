@@ -21,6 +21,7 @@ from armtwin.models.arm import nominal_arm
 from armtwin.models.camera_files import nominal_camera
 from armtwin.models.catalogue.injection import Stated
 from armtwin.models.catalogue.registry import effect_named
+from armtwin.models.catalogue.site import Site
 from armtwin.models.errors import InputError, UnreachablePoseError, nearest
 from armtwin.models.kinematics import inverse
 from armtwin.models.trajectories import CIRCLE_CENTRE_MM, ORIENTATION_RAD, SAMPLES, circle, line
@@ -128,6 +129,11 @@ class EffectTable(Strict):
     marker: Annotated[str, Field(max_length=100)] | None = None
     parameters: dict[str, Any] = Field(default_factory=dict)  # checked by the effect
 
+    @property
+    def site(self) -> Site:
+        """Where it sits."""
+        return Site(self.joint, self.marker)
+
 
 class ScenarioFile(Strict):
     """A whole scenario; every trajectory but `validate_on` is calibrated on."""
@@ -225,12 +231,12 @@ def _check_effect(effect: EffectTable, place: str, n_poses: int, file: str) -> N
         raise InputError(f"{file}: {place}: name: {error}") from None
     arm = nominal_arm()
     try:
-        known.check(Stated(effect.parameters, effect.joint, effect.marker, f"{place}: "), arm, n_poses)
+        known.check(Stated(effect.parameters, effect.site, f"{place}: "), arm, n_poses)
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
     world = ideal_world(arm, nominal_camera(), BenchTable().arm_plane_z_mm)
     try:
-        known.inject(world, effect.parameters, joint=effect.joint, marker=effect.marker)
+        known.inject(world, effect.parameters, effect.site)
     except InputError as error:
         raise InputError(f"{file}: {place}: {error}") from None
 

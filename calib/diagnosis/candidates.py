@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.calib.diagnosis.fit import Data, Fit, evaluate, fit
-from armtwin.calib.diagnosis.repairs import find_missed
+from armtwin.calib.diagnosis.repairs import find_explained
 from armtwin.calib.diagnosis.screen import Screen, best_start
 from armtwin.models.catalogue.predict import Active
 from armtwin.models.catalogue.registry import Effect, Site, Stage, catalogue
@@ -47,12 +47,12 @@ def candidate_sites(data: Data, taken: Iterable[Active] = ()) -> list[tuple[Effe
     held = {active.key for active in taken}
     pairs = []
     for effect in catalogue().values():
-        if effect.find is not None or effect.term is None or (effect.needs_return and not context.turns_back):
+        if not effect.is_fitted or (effect.needs_return and not context.turns_back):
             continue
         if not data.problem.is_pixels and effect.stage > Stage.JOINT:
             continue
         for site in effect.sites(context):
-            if (effect.name, site.joint, site.marker) not in held and effect.applies(context, site) is None:
+            if (effect.name, site.joint, site.marker) not in held and effect.why_not(context, site) is None:
                 pairs.append((effect, site))
     return pairs
 
@@ -140,6 +140,8 @@ def _complexity(data: Data, active: Active, starts: int) -> float:
     """Penalty in deviance: log(n) a smooth parameter (Schwarz), twice the logarithm of the grid for scanned ones."""
     if active.effect.complexity is not None:
         return active.effect.complexity(data.problem.context, active.values)
+    if active.effect.found is not None:
+        return 2.0 * float(np.log(len(data.problem.context))) * len(active.values)
     parameters = active.effect.parameters(data.problem.context, active.site)
     smooth = sum(not parameter.scanned for parameter in parameters)
     scanned = any(parameter.scanned for parameter in parameters)
@@ -147,10 +149,9 @@ def _complexity(data: Data, active: Active, starts: int) -> float:
 
 
 def candidates(data: Data, base: Fit, pairs: Sequence[tuple[Effect, Site]]) -> list[CandidateModel]:
-    """Fitted candidates on top of `base`, the missed poses among them, best first."""
+    """Fitted candidates on top of `base`, and those that explain single samples, best first."""
     ranked = fit_candidates(data, base, pairs)
-    missed = None if any(a.effect.name == "missed_command" for a in base.effects) else find_missed(data, base)
-    if missed is not None:
-        result = fit(data, base.g, (*base.effects, missed))
-        ranked.append(CandidateModel(missed, result, _complexity(data, missed, 1)))
+    for found in find_explained(data, base):
+        result = fit(data, base.g, (*base.effects, found))
+        ranked.append(CandidateModel(found, result, _complexity(data, found, 1)))
     return sorted(ranked, key=lambda candidate: candidate.score)

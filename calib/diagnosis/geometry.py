@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from armtwin.calib.diagnosis.fit import Data, Fit
 from armtwin.calib.diagnosis.problem import Problem
+from armtwin.models.catalogue.registry import catalogue
 from armtwin.models.kinematics import Deviation
 
 Array = NDArray[np.float64]
@@ -48,10 +49,7 @@ def geometry_report(data: Data, model: Fit, covariance: Array) -> GeometryReport
     J = np.stack([_slope(problem, model.g, k) for k in range(len(model.g))], axis=-1)
     std = np.sqrt(np.maximum(np.diag(J @ covariance[: len(model.g), : len(model.g)] @ J.T), 0.0))
     known = _measured_directions(data, model)
-    gauge = [
-        "plane_offset: a plane nearer or farther than assumed scales all link lengths and the base together; "
-        "a gauge of known length in the arm's plane, or one link measured with a calliper, breaks the tie"
-    ]
+    gauge = [f"{effect.name}: {effect.gauge}" for effect in catalogue().values() if effect.gauge is not None]
     if problem.context.arm.is_planar3 and "e" not in problem.context.markers:
         gauge.append(
             "theta3's zero against a rotation of (l4, l5): the same motion for every pose; the drawing's angle between "

@@ -11,7 +11,7 @@ from scipy import stats
 from armtwin.calib.diagnosis.crossed import FEW_POSES, crossed_predictions
 from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom, fit
 from armtwin.calib.diagnosis.problem import Problem
-from armtwin.calib.diagnosis.repairs import find_missed, repair
+from armtwin.calib.diagnosis.repairs import find, repair
 from armtwin.calib.diagnosis.search import Explanation
 from armtwin.calib.diagnosis.significance import loud_from
 from armtwin.calib.diagnosis.structure import Trend, typical_misfit
@@ -135,7 +135,7 @@ def _kept_back(problem: Problem, explanation: Explanation, rows: Bool) -> tuple[
     whole = replace(
         data, problem=replace(data.problem, observed=problem.observed), counts=_seen(problem) & rows[:, None]
     )
-    effects = _missed_here_too(whole, final)
+    effects = _found_here_too(whole, final)
     repaired = repair(whole, replace(final, effects=effects))
     observed, seen = repaired.data.problem.observed, repaired.data.counts
     return (
@@ -161,19 +161,17 @@ def _errors(problem: Problem, observed: Array, seen: Bool, predicted: Array) -> 
     return np.sqrt((in_millimetres(problem, problem.nominal, residual) ** 2).sum(axis=-1))
 
 
-def _missed_here_too(held: Data, final: Fit) -> tuple[Active, ...]:
-    """Return the effects with the missed poses of the held-out rows added, where missed poses are among the causes.
+def _found_here_too(held: Data, final: Fit) -> tuple[Active, ...]:
+    """Return the effects with the single samples of the held-out rows added, where such are among the causes.
 
     Which single poses were missed is seen, not predicted; finding them fits nothing.
     """
-    named = [active for active in final.effects if active.effect.name == "missed_command"]
-    if not named:
-        return final.effects
-    found = find_missed(held, final)
-    if found is None:
-        return final.effects
-    rows = np.union1d(named[0].values, found.values)
-    return tuple(replace(active, values=rows) if active is named[0] else active for active in final.effects)
+    effects = []
+    for active in final.effects:
+        here = [one for one in find(active.effect, held, final) if one.site == active.site]
+        rows = np.union1d(active.values, here[0].values) if here else active.values
+        effects.append(replace(active, values=rows))
+    return tuple(effects)
 
 
 def _seen(problem: Problem) -> Bool:

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from armtwin.calib.diagnosis.grain import floor_of, reading_grains
 from armtwin.models.camera import back_project
 from armtwin.models.catalogue.context import Context, nominal_links
-from armtwin.models.catalogue.predict import Active, Geometry, camera_path, joint_angles, marker_points
+from armtwin.models.catalogue.points import Geometry
+from armtwin.models.catalogue.predict import Active, camera_path, joint_angles, marker_points
 from armtwin.models.coordinate_frames import R_ROBOT_BOARD, board_to_robot, robot_to_board
 from armtwin.models.recordings.recording import Recording
 

@@ -1,83 +1,87 @@
-"""Single samples put right before anything is fitted: swapped markers, gross errors and missed poses."""
+"""Effects of single samples: found in what a model leaves, and put right before anything is fitted, or explained."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from armtwin.calib.diagnosis.fit import Data, Fit, point_misfit
 from armtwin.calib.diagnosis.noise import robust_std
+from armtwin.models.catalogue.effect import Effect
+from armtwin.models.catalogue.evidence import Sightings, View
 from armtwin.models.catalogue.predict import Active
-from armtwin.models.catalogue.registry import View, effect_named
+from armtwin.models.catalogue.registry import catalogue
 
 Array = NDArray[np.float64]
-Bool = NDArray[np.bool_]
-Channels = TypeVar("Channels", Array, Bool)
 
 # Nine of ten values of Gaussian noise lie within so many standard deviations.
-_NINETY_PERCENT = 1.645
+_NINETY_PERCENT = float(stats.norm.ppf(0.95))
 
 
 @dataclass(frozen=True, eq=False)
 class Repaired:
-    """Data with swapped markers exchanged and gross errors left out, and the effects that this found."""
+    """Data whose single samples were put right or left out, and the effects that this found."""
 
     data: Data
     found: tuple[Active, ...]
 
 
-def find_missed(data: Data, model: Fit) -> Active | None:
-    """Return the poses that the arm missed, by what `model` leaves, or None."""
-    effect = effect_named("missed_command")
-    assert effect.find is not None
-    for site, values in effect.find(data.problem.context, _view(data, model)):
-        return Active(effect, site, values)
-    return None
+def find_explained(data: Data, model: Fit) -> list[Active]:
+    """Return what is found in what `model` leaves of the effects whose term explains the samples."""
+    held = {active.effect.name for active in model.effects}
+    wanted = [effect for effect in _found_effects() if effect.term is not None and effect.name not in held]
+    return [active for effect in wanted for active in find(effect, data, model)]
+
+
+def find(effect: Effect, data: Data, model: Fit) -> list[Active]:
+    """Return where `effect` is found in what `model` leaves."""
+    context = data.problem.context
+    if effect.found is None or all(effect.why_not(context, site) is not None for site in effect.sites(context)):
+        return []
+    return [Active(effect, site, values) for site, values in effect.found.find(context, _view(data, model))]
 
 
 def repair(data: Data, model: Fit) -> Repaired:
-    """Exchange swapped markers and leave out gross errors, judged by what `model` leaves of the untouched data."""
+    """Put right or leave out what is found of the repaired effects, judged by what `model` leaves of untouched data."""
     found: list[Active] = []
-    observed, counts = data.problem.observed, data.counts.copy()
-    if data.problem.is_pixels and len(data.problem.channels) > 1:
-        swap = effect_named("marker_swap")
-        assert swap.find is not None
-        for site, values in swap.find(data.problem.context, _view(data, model)):
-            found.append(Active(swap, site, values))
-            observed = exchanged(observed, data.problem.channels, found[-1])
-            counts = exchanged(counts, data.problem.channels, found[-1])  # one of the two may not have been seen
-    data = replace(data, problem=replace(data.problem, observed=observed), counts=counts)
-    outliers = effect_named("outliers")
-    assert outliers.find is not None
-    for site, values in outliers.find(data.problem.context, _view(data, model)):
-        found.append(Active(outliers, site, values))
-        pairs = values.reshape(-1, 2).astype(int)
-        counts[pairs[:, 0], pairs[:, 1]] = False
-    return Repaired(replace(data, counts=counts), tuple(found))
+    for effect in _found_effects():
+        if effect.found is not None and effect.found.repair is not None:
+            for active in find(effect, data, model):
+                found.append(active)
+                data = repaired(data, active)
+    return Repaired(data, tuple(found))
 
 
-def cost_unrepaired(untouched: Data, repaired: Data, model: Fit, found: Active) -> tuple[float, int]:
-    """Deviance that the points of a repaired effect would add if they were taken as they came, and their number."""
-    predicted = repaired.problem.predict(model.g, model.effects)
+def repaired(data: Data, active: Active) -> Data:
+    """Return the data with what was found of one effect put right or left out."""
+    assert active.effect.found is not None
+    assert active.effect.found.repair is not None
+    seen = Sightings(data.problem.observed, data.counts)
+    seen = active.effect.found.repair(data.problem.context, seen, active.site, active.values)
+    return replace(data, problem=replace(data.problem, observed=seen.observed), counts=seen.counts)
+
+
+def cost_unrepaired(untouched: Data, after: Data, model: Fit, found: Active) -> tuple[float, int]:
+    """Deviance that the points of a repaired effect would add if they were taken as they came, and their number.
+
+    `after` are the data with all repairs.
+    """
+    alone = repaired(untouched, found)
+    before = Sightings(untouched.problem.observed, untouched.counts)
+    touched = before.differ(Sightings(alone.problem.observed, alone.counts))
+    predicted = after.problem.predict(model.g, model.effects)
     raw = point_misfit(untouched, untouched.problem.observed - predicted)
-    if found.effect.name == "outliers":
-        pairs = found.values.reshape(-1, 2).astype(int)
-        return float(raw[pairs[:, 0], pairs[:, 1]].sum()), len(pairs)
-    rows = found.values[1:].astype(int)
-    left = point_misfit(repaired, repaired.problem.observed - predicted)
-    return float((raw[rows] - left[rows]).sum()), 2 * len(rows)
+    left = point_misfit(after, after.problem.observed - predicted)
+    return float((raw - left)[touched].sum()), int(touched.sum())
 
 
-def exchanged(observed: Channels, channels: tuple[str, ...], swap: Active) -> Channels:
-    """Return the observations (N, M, d), or which of them count (N, M), with a found swap undone."""
-    assert swap.site.marker is not None
-    first, second, rows = channels.index(swap.site.marker), int(swap.values[0]), swap.values[1:].astype(int)
-    out = observed.copy()
-    out[rows, first], out[rows, second] = observed[rows, second], observed[rows, first]
-    return out
+def _found_effects() -> list[Effect]:
+    """Effects of single samples, those last that take whatever is far off."""
+    found = [effect for effect in catalogue().values() if effect.found is not None]
+    return sorted(found, key=lambda effect: effect.found is not None and effect.found.last)
 
 
 def _view(data: Data, model: Fit) -> View:

@@ -62,7 +62,7 @@ def _ties(data: Data, base: Fit, active: Active) -> list[CandidateModel]:
     """List the best candidate in the place of `active` and those that the data cannot tell from it, best first."""
     without = fit_without(data, base, active)
     pairs = candidate_sites(data, base.effects)
-    if active.effect.find is None:
+    if active.effect.is_fitted:
         pairs = [*pairs, (active.effect, active.site)]
     ranked = candidates(data, without, pairs)
     own = _own(ranked, active, base)

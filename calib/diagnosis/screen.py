@@ -71,9 +71,8 @@ class Screen:
         if stage > Stage.JOINT:
             return self._q
         acting = [active.effect.stage for active in self._base.effects if active.effect.stage <= Stage.JOINT]
-        if candidate.effect.term is not None and all(stage >= earlier for earlier in acting):
-            moved: Array = candidate.effect.term(context, self._q, candidate.values, candidate.site)
-            return moved
+        if candidate.effect.angle_term is not None and all(stage >= earlier for earlier in acting):
+            return candidate.effect.angle_term(context, self._q, candidate.values, candidate.site)
         return joint_angles(context, (*self._base.effects, candidate))
 
     def _in_joint_space(

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from armtwin.models.arm import Arm
+from armtwin.models.catalogue.site import NOWHERE, Site
 from armtwin.models.errors import InputError, nearest, shown
 from armtwin.models.validation import short
 
@@ -80,8 +81,7 @@ class Stated:
     """What a file states of an effect; messages begin with `at`, and parameters' keys are named after `inside`."""
 
     parameters: Mapping[str, Any]
-    joint: int | None = None
-    marker: str | None = None
+    site: Site = NOWHERE
     at: str = ""
     inside: str = ""
 
@@ -132,12 +132,12 @@ def _site_keys(where: Where) -> tuple[str, ...]:
 
 def _check_site(effect: str, where: Where, stated: Stated, arm: Arm) -> None:
     wanted = {"joint": f"a number from 1 to {arm.n_joints}", "marker": f"one of {', '.join(arm.known_markers)}"}
-    number = _whole(stated.joint)
+    number = _whole(stated.site.joint)
     possible = {
         "joint": number is not None and 1 <= number <= arm.n_joints,
-        "marker": stated.marker in arm.known_markers,
+        "marker": stated.site.marker in arm.known_markers,
     }
-    for key, value in (("joint", stated.joint), ("marker", stated.marker)):
+    for key, value in (("joint", stated.site.joint), ("marker", stated.site.marker)):
         if key not in _site_keys(where):
             if value is not None:
                 raise InputError(f"{stated.at}{key}: found {short(value)}, {effect} sits at no {key}: remove this key")

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.catalogue.camera_path import CameraPath
-from armtwin.models.catalogue.context import Context, nominal_links
-from armtwin.models.catalogue.registry import Effect, Site, Stage
+from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.effect import Effect
+from armtwin.models.catalogue.points import Geometry, PointState
+from armtwin.models.catalogue.site import Site
 from armtwin.models.coordinate_frames import robot_to_board
 
 Array = NDArray[np.float64]
@@ -36,22 +38,6 @@ class Active:
         return f"{self.effect.name} ({'camera' if self.effect.where == 'camera' else self.site})"
 
 
-@dataclass(frozen=True, eq=False)
-class Geometry:
-    """The calibrated chain in the arm's plane.
-
-    Attributes:
-        base_mm: (2,) marker A's axis in the robot frame of the assumed base.
-        links: (n,) complex link lengths, joint zeros included: link i points along links[i] times its direction.
-        corner: complex position of planar3's corner E on the last link; 0 where it is not seen.
-
-    """
-
-    base_mm: Array
-    links: Complex
-    corner: complex = 0j
-
-
 def ordered(effects: Sequence[Active]) -> list[Active]:
     """Sort effects in the order in which they act."""
     return sorted(effects, key=lambda active: active.effect.stage)
@@ -64,8 +50,8 @@ def joint_angles(context: Context, effects: Sequence[Active]) -> Array:
     """
     q = context.commands.q
     for active in ordered(effects):
-        if active.effect.stage <= Stage.JOINT and active.effect.term is not None:
-            q = active.effect.term(context, q, active.values, active.site)
+        if (term := active.effect.angle_term) is not None:
+            q = term(context, q, active.values, active.site)
     return context.commands.sampled(q)
 
 
@@ -87,35 +73,17 @@ def marker_points(context: Context, geometry: Geometry, q: Array, effects: Seque
     points[..., 1] = z.imag + geometry.base_mm[1]
     state = PointState(points, directions, geometry)
     for active in ordered(effects):
-        if active.effect.stage == Stage.POINTS and active.effect.term is not None:
-            state = active.effect.term(context, state, active.values, active.site)
+        if (term := active.effect.point_term) is not None:
+            state = term(context, state, active.values, active.site)
     return state.points_mm
-
-
-@dataclass(frozen=True, eq=False)
-class PointState:
-    """What a term of the POINTS stage sees: points (N, M, 3) mm, link directions (N, n), the geometry.
-
-    The directions are those of the commands; `frames` are those of the links as they are built.
-    """
-
-    points_mm: Array
-    directions: Complex
-    geometry: Geometry
-
-    def frames(self, context: Context) -> Complex:
-        """(N, n) unit direction of each link's own frame, joint zeros included."""
-        turned = self.geometry.links * np.conj(nominal_links(context.arm))
-        out: Complex = self.directions * turned / np.maximum(np.abs(turned), 1e-12)
-        return out
 
 
 def camera_path(context: Context, effects: Sequence[Active]) -> CameraPath:
     """Return the camera's departures from its assumed pose and lens."""
     path = CameraPath.as_assumed()
     for active in ordered(effects):
-        if active.effect.stage == Stage.CAMERA and active.effect.term is not None:
-            path = active.effect.term(context, path, active.values, active.site)
+        if (term := active.effect.camera_term) is not None:
+            path = term(context, path, active.values, active.site)
     return path
 
 

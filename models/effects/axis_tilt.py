@@ -11,13 +11,14 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected, switch
-from armtwin.models.catalogue.pixels import needs_camera
-from armtwin.models.catalogue.predict import PointState
+from armtwin.models.catalogue.points import PointState
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.world import World, joint_index
 
@@ -67,13 +68,13 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Mount the servo of `joint` askew: its axis is turned by `tilt_x_rad`, `tilt_y_rad` about axes of its mount.
 
     The mount is the base (the robot's axes) or the link before it (x along that link). With `square_at_zero` 1 (the
     default) the link lies in the plane at joint angle zero; with 0 it is square to its tilted axis.
     """
-    number = joint_index(world, joint) + 1
+    number = joint_index(world, site) + 1
     square_at_zero = round(float(parameters["square_at_zero"])) == 1
     tilt = Rotation.from_rotvec([float(parameters["tilt_x_rad"]), float(parameters["tilt_y_rad"]), 0.0])
 
@@ -87,6 +88,17 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
             hinge.axis = seat.apply(tilt.apply(seat.apply(hinge.axis)), inverse=True)
 
     return world.with_mechanism(mechanism)
+
+
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    x, y = sealed.direction(rng, 2)
+    square = int(rng.integers(0, 2))
+
+    def parameters(a: float) -> dict[str, Any]:
+        return {"tilt_x_rad": a * x, "tilt_y_rad": a * y, "square_at_zero": square}
+
+    return sealed.Hidden(parameters, 0.02, 0.2, sealed.any_joint(rng, s))
 
 
 EFFECT = Effect(
@@ -105,6 +117,7 @@ EFFECT = Effect(
     ),
     confused_with=("camera_tilt", "lens_distortion"),
     experiment="the camera moved to another place; this joint turned alone over its whole range",
-    applies=needs_camera,
+    needs_camera=True,
     plans=("camera_elsewhere", "full_sweep"),
+    sealed=sealed.Sealing(_hide),
 )

@@ -12,8 +12,10 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected, switch
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
@@ -80,14 +82,14 @@ _BEARING_FRICTION_NM = 0.1
 _GREASE_NMS_RAD = 0.2
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Put a hinge that turns freely between two stops behind the servo of `joint`.
 
     `width_rad` is the whole gap. The link's bearing drags on the frame with `friction_nm`, by default more than the
     arm's weight, so that the link stays where it was pushed. With less (`gravity_loaded` 1: none), gravity lays it
     against the loaded side.
     """
-    number = joint_index(world, joint) + 1
+    number = joint_index(world, site) + 1
     width = float(parameters["width_rad"])
     if width == 0.0:  # no gap
         return world
@@ -110,6 +112,11 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     return replace(world, servo=gentle(world.servo)).with_mechanism(mechanism)
 
 
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    return sealed.Hidden(lambda a: {"width_rad": a}, 0.01, 0.15, sealed.any_joint(rng, s))
+
+
 EFFECT = Effect(
     name="backlash",
     summary="play at a joint: the link follows only after the gap is taken up",
@@ -128,4 +135,5 @@ EFFECT = Effect(
     experiment="fine steps of this joint round a reversal, approached from both sides",
     plans=("reversal",),
     needs_return=True,
+    sealed=sealed.Sealing(_hide),
 )

@@ -10,14 +10,15 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from armtwin.models.camera import Camera
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.camera_path import CameraPath
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
-from armtwin.models.catalogue.pixels import needs_camera
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.world import Moment, World
 
@@ -51,7 +52,7 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 _CLOSED_AGO = 2.0
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Let the camera's clamp creep from the first picture on.
 
     `rotation_x_rad`, ... and `translation_x_mm`, ... are what it has come to at the last picture, in the camera's
@@ -66,6 +67,11 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
         return camera.moved(Rotation.from_rotvec(share * turn).as_matrix(), share * shift)
 
     return world.with_camera_motion(creep)
+
+
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    return sealed.Hidden(sealed.camera_motion(rng), 0.002, 0.04)
 
 
 EFFECT = Effect(
@@ -84,8 +90,9 @@ EFFECT = Effect(
     ),
     confused_with=("camera_moved", "thermal_drift"),
     experiment="one pose repeated now and then over a long time; marker A tells the camera from the arm",
-    applies=needs_camera,
+    needs_camera=True,
     plans=("repeat_pose",),
     needs_return=True,
     in_time=True,
+    sealed=sealed.Sealing(_hide),
 )

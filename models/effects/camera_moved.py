@@ -6,14 +6,15 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from armtwin.models.camera import Camera
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.camera_path import CameraPath
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected, sample
-from armtwin.models.catalogue.pixels import needs_camera
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.catalogue.scan import event_rows, since
 from armtwin.models.world import Moment, World
@@ -43,7 +44,7 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Move the camera just before sample `from_sample`, and leave it there.
 
     `rotation_x_rad`, ... turn the scene about the camera's axes, `translation_x_mm`, ... then shift it along them;
@@ -57,6 +58,12 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
         return camera.moved(turn, shift) if moment.sample >= start else camera
 
     return world.with_camera_motion(bump)
+
+
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    move, start = sealed.camera_motion(rng), sealed.event(rng, s)
+    return sealed.Hidden(lambda a: {**move(a), "from_sample": start}, 0.002, 0.04)
 
 
 EFFECT = Effect(
@@ -75,7 +82,8 @@ EFFECT = Effect(
     ),
     confused_with=("camera_drift", "joint_slip", "focal_length"),
     experiment="the poses of the beginning once more; marker A, which never moves, tells the camera from the arm",
-    applies=needs_camera,
+    needs_camera=True,
     plans=("repeat_pose",),
     needs_return=True,
+    sealed=sealed.Sealing(_hide),
 )

@@ -11,13 +11,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.camera_path import CameraPath
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
-from armtwin.models.catalogue.pixels import needs_camera
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.world import World
 
@@ -40,7 +41,7 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Turn the camera about its own centre, after it was calibrated, by a rotation vector in its axes.
 
     `tilt_x_rad`, `tilt_y_rad`, `tilt_z_rad`; a missing one is 0.
@@ -48,6 +49,12 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     tilt = [float(parameters[f"tilt_{axis}_rad"]) for axis in "xyz"]
     turned = world.true_camera.moved(Rotation.from_rotvec(tilt).as_matrix(), np.zeros(3))
     return replace(world, true_camera=turned)
+
+
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    x, y = sealed.direction(rng, 2)
+    return sealed.Hidden(lambda a: {"tilt_x_rad": a * x, "tilt_y_rad": a * y}, 0.02, 0.05)
 
 
 EFFECT = Effect(
@@ -62,6 +69,7 @@ EFFECT = Effect(
     injected=tuple(Injected(f"tilt_{axis}_rad", (-1.0, 1.0), 0.0) for axis in "xyz"),
     confused_with=("axis_tilt", "lens_distortion", "focal_length"),
     experiment="the camera moved to another place and calibrated there; a gauge laid across the plane",
-    applies=needs_camera,
+    needs_camera=True,
     plans=("camera_elsewhere", "gauge_in_plane"),
+    sealed=sealed.Sealing(_hide),
 )

@@ -7,8 +7,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
@@ -39,12 +41,18 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Let the camera's buffer hand out stale pictures: row i is filed with the picture of pose i - `rows`.
 
     Negative rows file later pictures. At the ends, where there is no such pose, the nearest one is filed.
     """
     return replace(world, picture_lag=world.picture_lag + int(parameters["rows"]))
+
+
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    rows = int(sealed.sign(rng) * rng.integers(1, 4))
+    return sealed.Hidden(lambda a: {"rows": rows}, 1.0, 1.0)
 
 
 EFFECT = Effect(
@@ -61,4 +69,5 @@ EFFECT = Effect(
     experiment="single large steps between rests: which picture shows the step",
     plans=("growing_steps",),
     needs_return=True,
+    sealed=sealed.Sealing(_hide),
 )

@@ -6,8 +6,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
@@ -87,12 +89,12 @@ def _plateaus(path: Array, low: float, high: float) -> list[Array]:
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Give the servo of `joint` a control board that leaves the motor off for changes below `threshold_rad`.
 
     The board compares the pulse with the angle it holds; once it drives, it drives all the way.
     """
-    index = joint_index(world, joint)
+    index = joint_index(world, site)
     threshold = float(parameters["threshold_rad"])
 
     def board() -> Electronics:
@@ -111,6 +113,11 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     return world.with_electronics(board)
 
 
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    return sealed.Hidden(lambda a: {"threshold_rad": a}, 0.02, 0.15, sealed.any_joint(rng, s))
+
+
 EFFECT = Effect(
     name="dead_band",
     summary="the servo ignores a command change smaller than a threshold",
@@ -125,4 +132,5 @@ EFFECT = Effect(
     experiment="steps of this joint that grow from far below to far above the threshold, in both directions",
     plans=("reversal", "growing_steps"),
     needs_return=True,
+    sealed=sealed.Sealing(_hide),
 )

@@ -11,13 +11,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from armtwin.models.camera import Camera
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.camera_path import CameraPath
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected, sample
-from armtwin.models.catalogue.pixels import needs_camera
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.catalogue.scan import event_rows, since
 from armtwin.models.world import Moment, World
@@ -47,7 +48,7 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Move the lens so that the picture is `scale` times as large, from sample `from_sample` on (0: always)."""
     scale, start = float(parameters["scale"]), int(parameters["from_sample"])
 
@@ -59,6 +60,12 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
         return replace(camera, K=K)
 
     return world.with_camera_motion(focus)
+
+
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    sign, start = sealed.sign(rng), sealed.event(rng, s)  # off from the start it is a scale of the whole arm
+    return sealed.Hidden(lambda a: {"scale": 1.0 + sign * a, "from_sample": start}, 0.005, 0.15)
 
 
 EFFECT = Effect(
@@ -73,6 +80,7 @@ EFFECT = Effect(
     injected=(Injected("scale", (0.2, 5.0)), sample("from_sample", 0)),
     confused_with=("plane_offset", "camera_moved", "lens_distortion"),
     experiment="a gauge of known length laid in the arm's plane; the board photographed once more",
-    applies=needs_camera,
+    needs_camera=True,
     plans=("gauge_in_plane", "camera_elsewhere"),
+    sealed=sealed.Sealing(_hide),
 )

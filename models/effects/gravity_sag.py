@@ -10,8 +10,10 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
@@ -49,7 +51,7 @@ def needs_gravity(context: Context, site: Site) -> str | None:
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Put a torsion spring between each servo and its link: gear teeth, horn and bracket that give.
 
     `compliance1_rad_per_nm`, `compliance2_rad_per_nm`, ...: one a joint; a joint without one is stiff.
@@ -63,6 +65,12 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
                 add_spring(spec, number, f"sag{number}", compliance)
 
     return world.with_mechanism(mechanism)
+
+
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    shares = rng.uniform(0.3, 1.0, s.arm.n_joints)
+    return sealed.Hidden(lambda a: {f"compliance{j + 1}_rad_per_nm": a * v for j, v in enumerate(shares)}, 0.05, 1.0)
 
 
 EFFECT = Effect(
@@ -79,4 +87,5 @@ EFFECT = Effect(
     experiment="the arm turned against gravity, and a known mass at the tip",
     applies=needs_gravity,
     plans=("stretched_and_folded", "known_payload"),
+    sealed=sealed.Sealing(_hide, in_gravity=True),
 )

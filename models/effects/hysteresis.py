@@ -12,8 +12,10 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
@@ -75,7 +77,7 @@ _LEAST_LENGTH = 2.5
 _BRISTLE_SHARES = np.array([0.25, 0.5, 0.7, 0.85, 0.95, 1.0])
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Drive link `joint` through a spring against a bearing whose bristles stick and yield one after another.
 
     Maxwell-slip friction: springs in parallel, each with a yield point. When all of them slide the link lags by
@@ -83,7 +85,7 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     own weight is balanced at the spring: only friction bends it. Raises `InputError` where the length is too short
     for the lag (the link would have to jump).
     """
-    number = joint_index(world, joint) + 1
+    number = joint_index(world, site) + 1
     lag, length = float(parameters["lag_rad"]), float(parameters["length_rad"])
     if lag == 0.0:  # no friction
         return world
@@ -122,6 +124,12 @@ def _physical_bristles(lag: float, length: float) -> tuple[NDArray[np.float64], 
     return slope[:-1] - slope[1:], travel[1:]
 
 
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    ratio = rng.uniform(3.0, 8.0)  # build-up in lags; below about 2.5 the link would have to jump
+    return sealed.Hidden(lambda a: {"lag_rad": a, "length_rad": ratio * a}, 0.005, 0.06, sealed.any_joint(rng, s))
+
+
 EFFECT = Effect(
     name="hysteresis",
     summary="friction-held lag that grows smoothly after a reversal",
@@ -137,4 +145,5 @@ EFFECT = Effect(
     plans=("reversal",),
     physical=physical,
     needs_return=True,
+    sealed=sealed.Sealing(_hide),
 )

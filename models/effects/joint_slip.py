@@ -13,8 +13,10 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected, sample
 from armtwin.models.catalogue.jumps import jumps
@@ -98,12 +100,12 @@ def _padded(context: Context, slips: list[tuple[int, float]] | list[tuple[float,
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Turn link `joint` on its horn by `jump_rad`, about the axis, just before sample `from_sample`.
 
     `jump2_rad` at `from_sample2`, and so on, are turns on top of that.
     """
-    number = joint_index(world, joint) + 1
+    number = joint_index(world, site) + 1
     for k in range(1, _MOST_SLIPS + 1):
         jump, start = parameters.get(_named("jump", k, "_rad")), parameters.get(_named("from_sample", k))
         if jump is not None and start is not None:
@@ -119,6 +121,24 @@ def _slip(number: int, jump: float) -> Callable[[mujoco.MjModel, mujoco.MjData],
         link.quat = seat
 
     return slip
+
+
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw a slip, and sometimes others after it, or the way back."""
+    start = sealed.event(rng, s)
+    shares, rows = [sealed.sign(rng)], [start]
+    form = rng.random()
+    if form > 0.5:  # again, from one sample in twelve on
+        apart = max(3, round(s.n_poses / 12))
+        rows.append(min(start + int(rng.integers(apart, 3 * apart)), round(0.9 * s.n_poses)))
+        shares.append(-shares[0] if form > 0.75 else sealed.sign(rng) * float(rng.uniform(0.6, 1.2)))
+    names = [(f"jump{k or ''}_rad", f"from_sample{k or ''}") for k in (0, 2)]
+
+    def parameters(a: float) -> dict[str, Any]:
+        slips = zip(names, shares, rows, strict=False)
+        return {key: value for (jump, row), share, at in slips for key, value in ((jump, share * a), (row, at))}
+
+    return sealed.Hidden(parameters, 0.01, 0.3, sealed.any_joint(rng, s))
 
 
 EFFECT = Effect(
@@ -144,4 +164,5 @@ EFFECT = Effect(
     complexity=complexity,
     told=told,
     needs_return=True,
+    sealed=sealed.Sealing(_hide),
 )

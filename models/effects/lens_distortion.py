@@ -7,12 +7,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.camera_path import CameraPath
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
-from armtwin.models.catalogue.pixels import needs_camera
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.errors import InputError
 from armtwin.models.lenses import Equidistant, Lens, no_distortion
@@ -54,7 +55,7 @@ def _priors(lens: Lens) -> dict[str, float]:
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Put another lens on the camera: changes of its coefficients by name; a missing one is 0."""
     camera = world.true_camera
     strange = [name for name in _PRIORS if name not in camera.lens.names and float(parameters.get(name, 0.0)) != 0.0]
@@ -62,6 +63,12 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
         raise InputError(f"{strange[0]}: the lens of this camera has {', '.join(camera.lens.names)}; set one of those")
     change = np.array([float(parameters.get(name, 0.0)) for name in camera.lens.names])
     return replace(world, true_camera=replace(camera, lens=camera.lens.changed(change)))
+
+
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    sign, p = sealed.sign(rng), 0.02 * sealed.direction(rng, 2)
+    return sealed.Hidden(lambda a: {"k1": sign * a, "p1": a * p[0], "p2": a * p[1]}, 0.05, 0.5)
 
 
 EFFECT = Effect(
@@ -76,6 +83,7 @@ EFFECT = Effect(
     injected=tuple(Injected(name, (-20 * std, 20 * std), 0.0) for name, std in _PRIORS.items()),
     confused_with=("camera_tilt", "focal_length"),
     experiment="the arm spread over the whole picture, corners included; the board photographed there",
-    applies=needs_camera,
+    needs_camera=True,
     plans=("whole_picture",),
+    sealed=sealed.Sealing(_hide),
 )

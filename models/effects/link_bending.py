@@ -12,8 +12,10 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
@@ -72,12 +74,12 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Cut link `joint` at two places and hold its three pieces together by springs.
 
     `flexibility_per_nm2` is 1/EI of the beam. It bends in the arm's plane, under its own weight and all beyond it.
     """
-    number = joint_index(world, joint) + 1
+    number = joint_index(world, site) + 1
     flexibility = float(parameters["flexibility_per_nm2"])
     if flexibility == 0.0:  # a stiff link
         return world
@@ -96,6 +98,14 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     return replace(world, bendable=(*world.bendable, number)).with_mechanism(mechanism)
 
 
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    # The last link carries only the tip and stands on no other, so its bending is hardly ever seen.
+    link = int(rng.integers(1, max(2, s.arm.n_joints)))
+    # A printed bar of 12 x 15 mm has about 0.1 per N m2, one of 4 x 10 mm eight times ten of it.
+    return sealed.Hidden(lambda a: {"flexibility_per_nm2": a}, 1.0, 8.0, Site(link))
+
+
 EFFECT = Effect(
     name="link_bending",
     summary="a link bends under the load beyond it",
@@ -110,4 +120,5 @@ EFFECT = Effect(
     experiment="the arm turned against gravity, with and without a known mass at the tip",
     applies=needs_gravity,
     plans=("stretched_and_folded", "known_payload"),
+    sealed=sealed.Sealing(_hide, in_gravity=True),
 )

@@ -11,12 +11,13 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected, switch
-from armtwin.models.catalogue.pixels import needs_camera
-from armtwin.models.catalogue.predict import PointState
+from armtwin.models.catalogue.points import PointState
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.mjcf import ride_on_link
 from armtwin.models.units import M_PER_MM
@@ -58,19 +59,19 @@ def _applies(context: Context, site: Site) -> str | None:
         return "an offset of a sticker on the last link is the last link itself"
     if len(context.markers) < 2:
         return "one marker alone cannot be off its axis"
-    return needs_camera(context, site)
+    return None
 
 
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Stick `marker` `x_mm`, `y_mm` off its place, in the axes of the body that carries it.
 
     With `body` 0 (the default) that is the link before its axis (the base for the first marker, with the robot's
     axes), with `body` 1 the link after it; x runs along the link.
     """
-    name = checked_marker(world, marker)
+    name = checked_marker(world, site.marker)
     offset = np.array([float(parameters["x_mm"]), float(parameters["y_mm"]), 0.0]) * M_PER_MM
     on_next_link = round(float(parameters["body"])) == 1 and name in world.arm.marker_names[:-1]
 
@@ -81,6 +82,14 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
             ride_on_link(spec, name, world.arm.marker_names.index(name) + 1)
 
     return world.with_mechanism(mechanism)
+
+
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    name = str(rng.choice([m for m in s.markers if m in s.arm.marker_names[:-1]]))
+    x, y = sealed.direction(rng, 2)
+    body = int(rng.integers(0, 2))
+    return sealed.Hidden(lambda a: {"x_mm": a * x, "y_mm": a * y, "body": body}, 1.0, 15.0, Site(marker=name))
 
 
 EFFECT = Effect(
@@ -96,5 +105,7 @@ EFFECT = Effect(
     confused_with=("axis_tilt", "lens_distortion"),
     experiment="each joint turned alone over its whole range",
     applies=_applies,
+    needs_camera=True,
     plans=("full_sweep",),
+    sealed=sealed.Sealing(_hide, all_markers=True),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from itertools import combinations
 from typing import Any
 
@@ -10,9 +10,11 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.evidence import Sightings
 from armtwin.models.catalogue.injection import other_marker, samples
-from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage, View
+from armtwin.models.catalogue.registry import Effect, Found, Site, Stage, View
 from armtwin.models.errors import InputError
 from armtwin.models.world import World, checked_marker, samples_of
 
@@ -38,25 +40,31 @@ def find(context: Context, view: View) -> list[tuple[Site, Array]]:
     return found
 
 
+def repair(context: Context, seen: Sightings, site: Site, values: Array) -> Sightings:
+    """Give each of the two markers what was taken for the other; one of them may not have been seen."""
+    assert site.marker is not None
+    first, second, rows = context.markers.index(site.marker), int(values[0]), values[1:].astype(int)
+    observed, counts = seen.observed.copy(), seen.counts.copy()
+    observed[rows, first], observed[rows, second] = seen.observed[rows, second], seen.observed[rows, first]
+    counts[rows, first], counts[rows, second] = seen.counts[rows, second], seen.counts[rows, first]
+    return Sightings(observed, counts)
+
+
+def _applies(context: Context, site: Site) -> str | None:
+    return None if len(context.markers) > 1 else "a single marker is taken for no other"
+
+
 def physical(context: Context, values: Array) -> dict[str, Any]:
     """Return the other marker's name and the swapped rows, as the simulated bench takes them."""
     return {"other": context.markers[int(values[0])], "samples": values[1:].astype(int).tolist()}
 
 
-def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
-    return ()
-
-
-def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
-    return []
-
-
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Let detection give `marker` the place of marker `other`, and the other way round, in the frames `samples`."""
-    first, second = checked_marker(world, marker), checked_marker(world, str(parameters["other"]))
+    first, second = checked_marker(world, site.marker), checked_marker(world, str(parameters["other"]))
     if first == second:
         raise InputError(f"other: found {second!r}, which is the marker itself; another one is wanted")
     frames = samples_of(parameters)
@@ -72,18 +80,26 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     return world.with_detection(swap)
 
 
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    k = int(rng.integers(1, len(s.markers)))
+    count = int(rng.integers(3, max(4, round(0.06 * s.n_poses)) + 1))
+    samples = sorted(int(row) for row in rng.choice(s.n_poses, size=count, replace=False))
+    return sealed.Hidden(lambda a: {"samples": samples, "other": s.markers[k]}, 1.0, 1.0, Site(marker=s.markers[k - 1]))
+
+
 EFFECT = Effect(
     name="marker_swap",
     summary="two markers taken for each other in some frames",
     where="marker",
     stage=Stage.OBSERVATION,
-    parameters=_parameters,
-    term=None,
-    starts=_starts,
     injector=inject,
     injected=(other_marker("other"), samples("samples")),
     confused_with=("outliers",),
+    needs_camera=True,
     experiment="the frames in question looked at again",
     physical=physical,
-    find=find,
+    found=Found(find, repair),
+    applies=_applies,
+    sealed=sealed.Sealing(_hide, all_markers=True),
 )

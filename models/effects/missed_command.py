@@ -11,15 +11,17 @@ A pose was missed where all that is seen agrees with some joints left where they
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
-from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage, View
+from armtwin.models.catalogue.registry import Effect, Found, Site, Stage, View
 from armtwin.models.world import Command, Electronics, World, samples_of
 
 Array = NDArray[np.float64]
@@ -140,18 +142,10 @@ def physical(context: Context, values: Array) -> dict[str, Any]:
     return parts
 
 
-def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
-    return ()
-
-
-def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
-    return []
-
-
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Lose the commands of `samples` on the wire, and those of `samplesN` on the way to servo N alone.
 
     A servo holds the last command that arrived.
@@ -174,14 +168,27 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     return world.with_electronics(wire)
 
 
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw commands that are lost: of all joints, or of a single one; apart from one another, or several in a row."""
+    # Of the commands that would have moved the markers about as far as wanted, some are lost.
+    count = int(rng.integers(3, max(4, round(0.04 * s.n_poses)) + 1))
+    far = np.abs(np.log(np.maximum(s.steps_px[1:], 1e-9) / s.target_px))
+    run = int(rng.integers(2, 4)) if rng.random() < 0.25 else 1
+    taken: list[int] = []
+    for row in rng.permutation(1 + np.argsort(far)[: 6 * count]):
+        if len(taken) < count and all(abs(row - other) > run for other in taken):
+            taken.append(int(row))
+    rows = sorted({row + k for row in taken for k in range(run) if row + k < s.n_poses})
+    key = f"samples{int(rng.integers(1, s.arm.n_joints + 1))}" if rng.random() < 0.4 else "samples"
+    return sealed.Hidden(lambda a: {key: rows}, 1.0, 1.0)
+
+
 EFFECT = Effect(
     name="missed_command",
     summary="single poses at which the arm, or a joint of it, stayed where it was",
     where="arm",
     stage=Stage.COMMAND,
-    parameters=_parameters,
     term=term,
-    starts=_starts,
     injector=inject,
     injected=(
         Injected("samples", optional=True, kind="samples"),
@@ -191,7 +198,8 @@ EFFECT = Effect(
     experiment="the missed poses commanded once more",
     plans=("growing_steps",),
     physical=physical,
-    find=find,
+    found=Found(find),
     complexity=complexity,
     needs_return=True,
+    sealed=sealed.Sealing(_hide),
 )

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
+from armtwin.models.catalogue.evidence import Sightings
+from armtwin.models.catalogue.found import Measured
 from armtwin.models.catalogue.injection import Injected
-from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage, View
+from armtwin.models.catalogue.registry import Effect, Found, Site, Stage, View
 from armtwin.models.world import World
 
 Array = NDArray[np.float64]
@@ -84,18 +87,28 @@ def _turned(context: Context, view: View, row: int, column: int) -> bool:
     return False
 
 
-def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
-    return ()
+def repair(context: Context, seen: Sightings, site: Site, values: Array) -> Sightings:
+    """Leave them out."""
+    counts = seen.counts.copy()
+    rows, columns = values.reshape(-1, 2).astype(int).T
+    counts[rows, columns] = False
+    return Sightings(seen.observed, counts)
 
 
-def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
-    return []
+def measure(missed: Array, n_counted: int) -> dict[str, Measured]:
+    """Return their share of the sightings, and their mean distance."""
+    far = np.linalg.norm(missed, axis=-1)
+    seen = n_counted + len(far)
+    rate = len(far) / seen
+    spread = float(far.std(ddof=1) / np.sqrt(len(far))) if len(far) > 1 else float("nan")
+    size = "size_px" if missed.shape[-1] == 2 else "size_rad"
+    return {"rate": (rate, float(np.sqrt(rate * (1.0 - rate) / seen))), size: (float(far.mean()), spread)}
 
 
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Let detection lock on something else in a share `rate` of the sightings, about `size_px` away.
 
     Reflections and edges lie in any direction, between half and one and a half times that far.
@@ -114,17 +127,21 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     return world.with_detection(mistake)
 
 
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    rate = float(rng.uniform(0.01, 0.05))
+    return sealed.Hidden(lambda a: {"rate": rate, "size_px": a}, 10.0, 80.0)
+
+
 EFFECT = Effect(
     name="outliers",
     summary="gross detection errors",
     where="arm",
     stage=Stage.OBSERVATION,
-    parameters=_parameters,
-    term=None,
-    starts=_starts,
     injector=inject,
     injected=(Injected("rate", (0.0, 1.0)), Injected("size_px", (0.0, 5000.0))),
     confused_with=("marker_swap", "missed_command"),
     experiment="the frames in question looked at again",
-    find=find,
+    found=Found(find, repair, measure, last=True),
+    sealed=sealed.Sealing(_hide),
 )

@@ -11,8 +11,10 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected, sample
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
@@ -56,7 +58,7 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Hang a point mass `mass_kg` at the tip just before sample `from_sample` (0: from the start).
 
     A stiff arm does not show it: the joints get springs of `compliance1_rad_per_nm`, ..., by default those of the
@@ -78,6 +80,19 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     return world.with_mechanism(mechanism).with_event(Event(start, hang))
 
 
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    shares = rng.uniform(0.3, 1.0, s.arm.n_joints)
+    mass = float(rng.uniform(0.05, 0.25))
+    start = 0 if rng.random() < 0.3 else sealed.event(rng, s)
+
+    def parameters(a: float) -> dict[str, Any]:
+        springs = {f"compliance{j + 1}_rad_per_nm": a * v for j, v in enumerate(shares)}
+        return {"mass_kg": mass, "from_sample": start, **springs}
+
+    return sealed.Hidden(parameters, 0.05, 0.6)
+
+
 EFFECT = Effect(
     name="payload",
     summary="an undeclared mass at the tip",
@@ -97,4 +112,5 @@ EFFECT = Effect(
     experiment="the same poses with and without a known mass at the tip",
     applies=needs_gravity,
     plans=("known_payload",),
+    sealed=sealed.Sealing(_hide, in_gravity=True),
 )

@@ -11,8 +11,10 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.camera_path import CameraPath
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
@@ -36,17 +38,19 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
     return [] if around is not None else [np.zeros(1)]
 
 
-def _applies(context: Context, site: Site) -> str | None:
-    return "a scale of all lengths and the base together looks the same in one plane"
-
-
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Stand the arm `offset_mm` further from the camera (along z of the board) than was measured."""
     offset = np.array([0.0, 0.0, float(parameters["offset_mm"])])
     return replace(world, base_in_board_mm=world.base_in_board_mm + offset)
+
+
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    sign = sealed.sign(rng)
+    return sealed.Hidden(lambda a: {"offset_mm": sign * a}, 5.0, 40.0)
 
 
 EFFECT = Effect(
@@ -61,6 +65,8 @@ EFFECT = Effect(
     injected=(Injected("offset_mm", (-400.0, 1000.0)),),
     confused_with=("focal_length",),
     experiment="a gauge of known length laid in the arm's plane, or one link measured with a calliper",
-    applies=_applies,
+    gauge="a plane nearer or farther than assumed scales all link lengths and the base together; a gauge of known "
+    "length in the arm's plane, or one link measured with a calliper, breaks the tie",
     plans=("gauge_in_plane",),
+    sealed=sealed.Sealing(_hide),
 )

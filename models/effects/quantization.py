@@ -14,8 +14,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.registry import Effect, Evidence, Parameter, Site, Stage
@@ -79,7 +81,7 @@ def _screen(context: Context, site: Site, evidence: Evidence) -> Iterable[Array]
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Let the sender write every command as a whole number of counts of its joint.
 
     A count of joint N is `stepN_rad` wide (or `step_rad`, for all that state none; 0 is exact), and one of them lies at
@@ -102,6 +104,19 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     return world.with_electronics(sender)
 
 
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw one step for all servos, or one each; counted from each joint's zero or from where it was trimmed."""
+    n = s.arm.n_joints
+    scales = rng.uniform(0.8, 1.25, n) if rng.random() < 0.4 else np.ones(n)
+    trims = rng.uniform(-0.5, 0.5, n) if rng.random() < 0.7 else np.zeros(n)  # in steps
+
+    def parameters(a: float) -> dict[str, Any]:
+        steps = {f"step{j + 1}_rad": float(a * scales[j]) for j in range(n)}
+        return steps | {f"origin{j + 1}_rad": float(a * scales[j] * trims[j]) for j in range(n)}
+
+    return sealed.Hidden(parameters, 0.0175, 0.12)
+
+
 EFFECT = Effect(
     name="quantization",
     summary="commands land on coarse steps (whole degrees, few bits)",
@@ -122,4 +137,5 @@ EFFECT = Effect(
     confused_with=("dead_band", "servo_nonlinearity"),
     experiment="a fine ramp of each joint over several steps",
     plans=("fine_ramp",),
+    sealed=sealed.Sealing(_hide),
 )

@@ -6,8 +6,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
@@ -35,12 +37,12 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Give the servo of `joint` a potentiometer whose track spans another angle than its scale says.
 
     The board turns until the wiper's voltage matches the pulse; `gain` is the track's true span over the nominal one.
     """
-    index = joint_index(world, joint)
+    index = joint_index(world, site)
     track_rad = world.servo.travel_rad * float(parameters["gain"])
 
     def board() -> Electronics:
@@ -53,6 +55,12 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
         return receive
 
     return world.with_electronics(board)
+
+
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    sign = sealed.sign(rng)
+    return sealed.Hidden(lambda a: {"gain": 1.0 + sign * a}, 0.03, 0.3, sealed.any_joint(rng, s))
 
 
 EFFECT = Effect(
@@ -68,4 +76,5 @@ EFFECT = Effect(
     confused_with=("servo_nonlinearity",),
     experiment="this joint swept over its whole range",
     plans=("full_sweep",),
+    sealed=sealed.Sealing(_hide),
 )

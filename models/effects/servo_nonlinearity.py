@@ -14,8 +14,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
@@ -99,7 +101,7 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 # --- how the simulated bench makes it ---
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Drive the link of `joint`, beyond its potentiometer, by a gear that is bored off its centre.
 
     The gear turns `cycles_per_turn` times a turn of the joint; its eccentricity makes a peak error of about
@@ -107,7 +109,7 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     q_cmd + amplitude sin(cycles q + phase); an eccentric also makes overtones of it. Raises `InputError` where the bore
     would lie outside the gear.
     """
-    index = joint_index(world, joint)
+    index = joint_index(world, site)
     if any(name in parameters for name in _TRACK):
         return _with_track(world, index, *(float(parameters.get(name, 0.0)) for name in _TRACK))
     for name in ("amplitude_rad", "cycles_per_turn"):
@@ -160,6 +162,17 @@ def _with_track(world: World, index: int, slope: float, curvature: float) -> Wor
     return world.with_electronics(board)
 
 
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    cycles, phase = float(rng.uniform(2.0, 12.0)), float(rng.uniform(-np.pi, np.pi))
+
+    def parameters(a: float) -> dict[str, Any]:
+        return {"amplitude_rad": a, "cycles_per_turn": cycles, "phase_rad": phase}
+
+    # A gear bored off by more than a fifth of its radius would not mesh.
+    return sealed.Hidden(parameters, 0.005, 0.2 / cycles, sealed.any_joint(rng, s))
+
+
 EFFECT = Effect(
     name="servo_nonlinearity",
     summary="a smooth or periodic error over a joint's angle",
@@ -180,4 +193,5 @@ EFFECT = Effect(
     experiment="this joint swept over its whole range in fine steps",
     plans=("full_sweep", "fine_ramp"),
     physical=physical,
+    sealed=sealed.Sealing(_hide),
 )

@@ -19,8 +19,10 @@ from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
@@ -154,7 +156,7 @@ _STIFFNESS_NM_RAD = 100_000.0
 _UNHURRIED_RAD_S = 10_000.0
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Make the servos sluggish or slow, and take each picture when it is due, arrived or not.
 
     `remaining1`, `remaining2`, ... (or `remaining`, for all) are the parts of a step that are still to go `wait_s`
@@ -180,6 +182,17 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     return sluggish.with_mechanism(mechanism, relieved=tuple(f"joint{number}" for number in numbers))
 
 
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw shares of each step that are left, or a speed with which long moves do not arrive."""
+    shares = rng.uniform(0.5, 1.0, s.arm.n_joints)
+    if rng.random() < 0.6:
+        return sealed.Hidden(lambda a: {f"remaining{j + 1}": a * v for j, v in enumerate(shares)}, 0.1, 0.6)
+    tail = float(rng.uniform(0.0, 0.2))
+    # The slower, the farther off: the amplitude is the part of a stroke of 0.3 rad that a servo does not get through.
+    slow = {f"remaining{j + 1}": tail * float(v) for j, v in enumerate(shares)}
+    return sealed.Hidden(lambda a: {**slow, "reach_rad": 0.3 * (1.0 - a)}, 0.3, 0.9)
+
+
 EFFECT = Effect(
     name="settling_lag",
     summary="the picture was taken before the arm arrived",
@@ -203,4 +216,5 @@ EFFECT = Effect(
     told=told,
     needs_return=True,
     in_time=True,
+    sealed=sealed.Sealing(_hide),
 )

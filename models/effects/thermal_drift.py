@@ -10,8 +10,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
@@ -49,13 +51,13 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
 _WINDING_SHARE = 0.01
 
 
-def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None, marker: str | None = None) -> World:
+def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Let the servo of `joint` warm up from cold; its potentiometer's mount moves with the case's warmth.
 
     Two heat stores in a row, winding and case. Once the winding is warm, the case settles with `time_constant_s`, and
     what the zero moves by meanwhile is `drift_rad`. Warming starts with the first command.
     """
-    index = joint_index(world, joint)
+    index = joint_index(world, site)
     drift, time_constant = float(parameters["drift_rad"]), float(parameters["time_constant_s"])
 
     def warming() -> Electronics:
@@ -79,6 +81,14 @@ def inject(world: World, parameters: Mapping[str, Any], joint: int | None = None
     return world.with_electronics(warming)
 
 
+def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
+    """Draw how it is hidden in a sealed world."""
+    sign, constant = sealed.sign(rng), float(rng.uniform(0.08, 0.5)) * s.span_s
+    return sealed.Hidden(
+        lambda a: {"drift_rad": sign * a, "time_constant_s": constant}, 0.01, 0.2, sealed.any_joint(rng, s)
+    )
+
+
 EFFECT = Effect(
     name="thermal_drift",
     summary="a zero that creeps with time and settles",
@@ -94,4 +104,5 @@ EFFECT = Effect(
     plans=("repeat_pose",),
     needs_return=True,
     in_time=True,
+    sealed=sealed.Sealing(_hide, timed=True),
 )

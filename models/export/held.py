@@ -43,7 +43,7 @@ def effects_held(twin: Twin, otherwise: frozenset[str] = frozenset()) -> Held:
     held, not_held = [], []
     for effect in twin.effects:
         known = effect_named(effect.effect)
-        alone = known.inject(bare, effect.parameters, joint=effect.joint, marker=effect.marker)
+        alone = known.inject(bare, effect.parameters, effect.site)
         why = [reason for name, reason in _BEYOND_THE_ARM.items() if _differs(bare, alone, name)]
         if why and effect.effect not in otherwise:
             not_held.append(NotHeld(effect, why[0]))
@@ -59,7 +59,7 @@ def held_by_rigid_links(twin: Twin) -> Held:
     found = effects_held(twin)
     held, not_held = [], list(found.not_held)
     for effect in found.held:
-        alone = effect_named(effect.effect).inject(bare, effect.parameters, joint=effect.joint, marker=effect.marker)
+        alone = effect_named(effect.effect).inject(bare, effect.parameters, effect.site)
         spec = alone.spec()
         if len(spec.joints) > joints or len(spec.tendons):
             not_held.append(NotHeld(effect, "needs a spring, a gap or a friction element behind the servo"))

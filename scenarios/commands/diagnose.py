@@ -9,13 +9,13 @@ import typer
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from armtwin.models.catalogue.registry import register_file
 from armtwin.models.errors import InputError
 from armtwin.models.recordings.writer import write_recording
 from armtwin.scenarios.benches.spec import KINDS, bench_spec
 from armtwin.scenarios.closed_loop import close_loop_on, described
 from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c
 from armtwin.scenarios.commands.outputs import only_results
+from armtwin.scenarios.commands.own_effects import OwnEffects, register_own
 from armtwin.scenarios.diagnosis.measured import measured
 from armtwin.scenarios.diagnosis.pipeline import report_on, write_report
 from armtwin.scenarios.diagnosis.summary import print_summary
@@ -41,10 +41,7 @@ def diagnose_command(
     token: Annotated[
         str | None, typer.Option("--token", envvar="ARMTWIN_TOKEN", help="What a served bench asks for.")
     ] = None,
-    effects: Annotated[
-        list[Path] | None,
-        typer.Option("--effects", metavar="FILE.py", help="An effect of your own (the file is run); repeatable."),
-    ] = None,
+    effects: OwnEffects = None,
     mend: Annotated[
         bool, typer.Option("--mend", help="Write the recording without the gross errors of its set-up to OUT/mended.")
     ] = False,
@@ -59,8 +56,7 @@ def diagnose_command(
     Example: armtwin diagnose out/paper/recordings/before --out diagnosed
     """
     where = None if bench is None else bench_spec(bench, token=token)
-    for path in effects or ():
-        register_file(path)
+    register_own(effects)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     screen = Console(stderr=True)
     with (

@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from armtwin.scenarios.commands.own_effects import OwnEffects, register_own
 from armtwin.scenarios.report.line_figures import LABELS
 from armtwin.scenarios.runner.experiment import run_experiment
 from armtwin.scenarios.runner.job import Job
@@ -26,6 +27,7 @@ def run_command(
     ],
     out: Annotated[Path, typer.Option("--out", help="Folder for the results; a killed run there is gone on with.")],
     workers: Annotated[int, typer.Option("--workers", min=1, max=2, help="Processes that work at a time.")] = 2,
+    effects: OwnEffects = None,
 ) -> None:
     """Run a scenario: camera, gauges, trajectories, calibrations, diagnosis, and the validation line three times.
 
@@ -34,6 +36,7 @@ def run_command(
 
     Example: armtwin run paper --out out/paper
     """
+    register_own(effects)
     job = run_experiment(scenario, out, workers)
     _print(Console(), job)
     typer.echo(f"Report written to {out / 'report.html'}, results to {out / 'results.json'}")

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from armtwin.models import atomic
 from armtwin.models.errors import JobError
+from armtwin.scenarios.commands.own_effects import OwnEffects, register_own
 from armtwin.scenarios.scoring.judge import Judgement, label
 from armtwin.scenarios.scoring.scoring import Score, score, score_table
 
@@ -21,6 +22,7 @@ _CONSIDERED = 3
 def score_command(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder that armtwin seal wrote.")],
     jobs: Annotated[int, typer.Option("--jobs", min=1, max=64, help="Processes at a time.")] = 2,
+    effects: OwnEffects = None,
 ) -> None:
     """Diagnose the sealed worlds of DIR and hold the answers against the truth.
 
@@ -29,6 +31,7 @@ def score_command(
 
     Example: armtwin score out/sealed --jobs 2
     """
+    register_own(effects)
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         bar = progress.add_task("diagnosing worlds", total=None)

@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 from rich.progress import Progress
 
+from armtwin.models.catalogue.registry import register_file
 from armtwin.models.errors import InputError
 from armtwin.scenarios.commands.outputs import check_out_folder
 from armtwin.scenarios.scoring.orders import SealOptions
@@ -23,7 +24,11 @@ def seal_command(
     seed: Annotated[int, typer.Option("--seed", min=0, max=2**63 - 1, help="The same seed gives the same worlds.")] = 0,
     frames: Annotated[bool, typer.Option("--frames", help="Render every pose and measure the pictures.")] = False,
     effects: Annotated[
-        str | None, typer.Option("--effects", help="Only these effects, separated by commas; 'none' hides nothing.")
+        str | None,
+        typer.Option(
+            "--effects",
+            help="Only these effects, separated by commas: names, 'none', or your own FILE.py (which is run).",
+        ),
     ] = None,
     pairs: Annotated[bool, typer.Option("--pairs", help="Hide two effects in a fifth of the worlds.")] = False,
     uncatalogued: Annotated[
@@ -45,7 +50,7 @@ def seal_command(
         n=n,
         seed=seed,
         frames=frames,
-        effects=tuple(name.strip() for name in effects.split(",")) if effects else (),
+        effects=_names(effects),
         pairs=pairs,
         uncatalogued=None if uncatalogued is None else str(uncatalogued.resolve()),
     )
@@ -55,3 +60,9 @@ def seal_command(
         for _ in seal(out, options, jobs):
             progress.advance(bar)
     typer.echo(f"{n} worlds in {out / 'worlds'}, the truth in {out / 'truth.json'}; next: armtwin score {out}")
+
+
+def _names(effects: str | None) -> tuple[str, ...]:
+    """Names of the effects that are asked for; a person's own are registered and stand there by name."""
+    asked = [name.strip() for name in effects.split(",")] if effects else []
+    return tuple(register_file(Path(name)).name if name.endswith(".py") else name for name in asked)

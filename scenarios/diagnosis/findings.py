@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause
+from armtwin.calib.diagnosis.repairs import repaired
+from armtwin.models.catalogue.effect import Stage
+from armtwin.models.catalogue.evidence import Sightings
 from armtwin.models.catalogue.predict import Active
 from armtwin.models.twin import Twin, TwinEffect
 
@@ -23,14 +24,17 @@ class Estimate:
 def estimates_of(cause: NamedCause, diagnosis: Diagnosis) -> dict[str, Estimate]:
     """Return the parameters of a cause by name; of single samples how many, or how often and how far."""
     active = cause.active
-    if active.effect.find is None:
+    if active.effect.found is None:
         told, context = active.effect.told, diagnosis.problem.context
         wanted = range(len(cause.names)) if told is None else told(context, active.values)
         return {cause.names[k]: Estimate(float(active.values[k]), float(cause.std[k])) for k in wanted}
-    if active.effect.name == "outliers":
-        return _outliers(active, diagnosis)
-    rows = active.effect.physical(diagnosis.problem.context, active.values) if active.effect.physical else {}
-    return {"count": Estimate(float(len(rows.get("samples", ()))), 0.0)}
+    if active.effect.found.measure is not None:
+        return _measured(active, diagnosis)
+    if active.effect.physical is None:
+        return {"count": Estimate(float(len(active.values)), 0.0)}
+    built = active.effect.physical(diagnosis.problem.context, active.values)
+    samples = {sample for value in built.values() if isinstance(value, list) for sample in value}
+    return {"count": Estimate(float(len(samples)), 0.0)}
 
 
 def twin_of(diagnosis: Diagnosis) -> Twin:
@@ -39,7 +43,7 @@ def twin_of(diagnosis: Diagnosis) -> Twin:
     Misread angles are left out: the simulated bench has a detector that errs, but no protractor.
     """
     context = diagnosis.problem.context
-    found = [active for active in diagnosis.explanation.found if context.camera or active.effect.name != "outliers"]
+    found = [a for a in diagnosis.explanation.found if context.camera or a.effect.stage < Stage.OBSERVATION]
     actives = [*diagnosis.explanation.final.effects, *found]
     return Twin(
         arm=context.arm,
@@ -56,24 +60,22 @@ def twin_of(diagnosis: Diagnosis) -> Twin:
 def injected(active: Active, diagnosis: Diagnosis) -> dict[str, Any]:
     """Return the parameters of a found effect as its injector takes them."""
     context = diagnosis.problem.context
-    if active.effect.name == "outliers":
-        return {name: estimate.value for name, estimate in _outliers(active, diagnosis).items()}
+    if active.effect.found is not None and active.effect.found.measure is not None:
+        return {name: estimate.value for name, estimate in _measured(active, diagnosis).items()}
     return active.effect.built(context, active.site, active.values)
 
 
-def _outliers(active: Active, diagnosis: Diagnosis) -> dict[str, Estimate]:
-    """Share of the sightings that are gross errors, and their mean distance in pixels."""
-    rows, columns = active.values.reshape(-1, 2).astype(int).T
-    data, final = diagnosis.explanation.data, diagnosis.explanation.final
-    missed = data.problem.observed[rows, columns] - data.problem.predict(final.g, final.effects)[rows, columns]
-    far = np.linalg.norm(missed, axis=-1)
-    seen = int(data.counts.sum()) + len(rows)
-    rate = len(rows) / seen
-    size = "size_px" if diagnosis.problem.is_pixels else "size_rad"
-    return {
-        "rate": Estimate(rate, float(np.sqrt(rate * (1.0 - rate) / seen))),
-        size: Estimate(float(far.mean()), float(far.std(ddof=1) / np.sqrt(len(far))) if len(far) > 1 else float("nan")),
-    }
+def _measured(active: Active, diagnosis: Diagnosis) -> dict[str, Estimate]:
+    """Return what is told of single samples by how far they are from where the final model has them."""
+    assert active.effect.found is not None
+    assert active.effect.found.measure is not None
+    untouched, data, final = (getattr(diagnosis.explanation, name) for name in ("untouched", "data", "final"))
+    alone = repaired(untouched, active)
+    before = Sightings(untouched.problem.observed, untouched.counts)
+    touched = before.differ(Sightings(alone.problem.observed, alone.counts))
+    missed = (untouched.problem.observed - data.problem.predict(final.g, final.effects))[touched]
+    measured = active.effect.found.measure(missed, int(data.counts.sum()))
+    return {name: Estimate(value, std) for name, (value, std) in measured.items()}
 
 
 def twin_comment(diagnosis: Diagnosis) -> str:

@@ -12,6 +12,7 @@ from armtwin.calib.diagnosis.fit import Fit
 from armtwin.calib.diagnosis.holdout import in_millimetres
 from armtwin.calib.diagnosis.problem import Problem
 from armtwin.calib.diagnosis.repairs import repair
+from armtwin.models.catalogue.evidence import Sightings
 from armtwin.models.catalogue.predict import marker_points
 
 Array = NDArray[np.float64]
@@ -19,14 +20,6 @@ Bool = NDArray[np.bool_]
 
 # Joint errors are small: a pull towards zero of this width keeps those finite that the seen markers do not tell.
 _PRIOR_RAD = 0.05
-
-
-@dataclass(frozen=True, eq=False)
-class Sightings:
-    """Observations (N, M, d) with swapped markers exchanged, and which of them (N, M) are no gross errors."""
-
-    observed: Array
-    counts: Bool
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 
+from armtwin.models.catalogue.registry import registered_files
 from armtwin.models.errors import JobError
 from armtwin.scenarios.processes import one_thread_each
 from armtwin.scenarios.runner.job import Job
@@ -73,7 +74,7 @@ class WorkerPool:
     def _spawn(self) -> Connection:
         context = multiprocessing.get_context("spawn")
         here, there = context.Pipe()
-        process = context.Process(target=serve, args=(there, self._job.out), daemon=True)
+        process = context.Process(target=serve, args=(there, self._job.out, registered_files()), daemon=True)
         with one_thread_each():
             process.start()
         there.close()

@@ -8,6 +8,7 @@ from __future__ import annotations
 import errno
 import signal
 import traceback
+from collections.abc import Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -15,16 +16,16 @@ import cv2
 
 from armtwin.models import atomic
 from armtwin.models.errors import ArmtwinError
-from armtwin.scenarios.processes import end_with_parent
+from armtwin.scenarios.processes import begin_worker
 from armtwin.scenarios.runner.job import Job
 from armtwin.scenarios.runner.stage import Tick, Work
 
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT}
 
 
-def serve(pipe: Connection, out: Path) -> None:
-    """Do the stages whose names and work come through `pipe` until it closes."""
-    end_with_parent()
+def serve(pipe: Connection, out: Path, effects: Sequence[Path] = ()) -> None:
+    """Do the stages whose names and work come through `pipe` until it closes; `effects` are files of a person's own."""
+    begin_worker(effects)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent hears Ctrl-C and ends its workers
     cv2.setNumThreads(1)
     job = Job(out)

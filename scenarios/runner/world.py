@@ -49,5 +49,5 @@ def build_world(scenario: ScenarioFile, samples_before: int = 0) -> World:
     for effect in scenario.effects:
         known = effect_named(effect.name)
         parameters = shifted_samples(known.injected, effect.parameters, world.arm, samples_before)
-        world = known.inject(world, parameters, joint=effect.joint, marker=effect.marker)
+        world = known.inject(world, parameters, effect.site)
     return world

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from armtwin.models.catalogue.registry import catalogue
+
 Table = Mapping[str, Any]
 
 # A tie names no cause any more where it holds more than this.
 MOST_TIED = 3
 INTERVAL = 1.96  # standard deviations to either side: 95 % of a Gaussian
-# What the geometry takes up altogether is no cause: its name has to stand in the gauge.
-_GAUGE = ("plane_offset",)
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,8 @@ def judge(truth: Table, outcome: Table) -> Judgement:
     """Judge what was said of a world."""
     hidden, causes, verdict = truth["effects"], outcome["causes"], outcome["verdict"]
     groups = [[cause, *cause["equivalents"]] for cause in causes]
-    expected = [effect for effect in hidden if effect["effect"] not in _GAUGE]
-    in_gauge = all(any(e["effect"] in words for words in outcome["gauge"]) for e in hidden if e["effect"] in _GAUGE)
+    expected = [effect for effect in hidden if not is_gauge(effect["effect"])]
+    in_gauge = all(any(e["effect"] in words for words in outcome["gauge"]) for e in hidden if is_gauge(e["effect"]))
     found, site_right, sited = 0, 0, 0
     for effect in expected if truth["kind"] != "uncatalogued" else []:
         members = [m for group in groups if len(group) <= MOST_TIED for m in group if m["effect"] == effect["effect"]]
@@ -97,6 +97,11 @@ def judge(truth: Table, outcome: Table) -> Judgement:
     )
 
 
+def is_gauge(name: str) -> bool:
+    """Whether the geometry takes an effect up altogether: it is no cause, its name has to stand in the gauge."""
+    return name in catalogue() and catalogue()[name].gauge is not None
+
+
 def label(effect: Table) -> str:
     """An effect and its place for people."""
     if effect.get("joint") is not None:
@@ -116,8 +121,9 @@ def _said(verdict: str, groups: Sequence[Sequence[Table]]) -> str:
 
 
 def _same_site(effect: Table, member: Table) -> bool:
-    if effect["effect"] == "marker_swap":
-        return {effect["marker"], effect["parameters"]["other"]} == {member["marker"], member.get("other")}
+    partner = catalogue()[effect["effect"]].partner if effect["effect"] in catalogue() else None
+    if partner is not None:
+        return {effect["marker"], effect["parameters"][partner]} == {member["marker"], member.get(partner)}
     return bool(effect["joint"] == member["joint"] and effect["marker"] == member["marker"])
 
 

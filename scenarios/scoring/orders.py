@@ -17,7 +17,7 @@ from pydantic import Field
 from armtwin.models.catalogue.registry import catalogue
 from armtwin.models.errors import InputError, nearest, shown
 from armtwin.models.validation import FROM_LIST, Strict
-from armtwin.sim.sealed import EFFECTS, STRENGTHS, Sealed, Strength
+from armtwin.sim.sealed import STRENGTHS, Sealed, Strength, sealed_effects
 
 Kind = Literal["null", "single", "pair", "uncatalogued"]
 
@@ -25,8 +25,6 @@ Kind = Literal["null", "single", "pair", "uncatalogued"]
 _NULL_SHARE = 0.1
 _PAIR_SHARE = 0.2
 _UNCATALOGUED_SHARE = 0.15
-# The geometry takes it up altogether, so it can be no part of a pair that has to be named.
-_NOT_IN_PAIRS = ("plane_offset",)
 
 
 class SealOptions(Strict):
@@ -51,10 +49,11 @@ class Order(Strict):
 def orders(options: SealOptions) -> list[Order]:
     """List the worlds of a set, in the random order in which they are numbered; raises `InputError`."""
     rng = np.random.default_rng(np.random.SeedSequence(options.seed, spawn_key=(0,)))
-    singles = [name for name in options.effects if name != "none"] or list(EFFECTS)
+    known = sealed_effects()
+    singles = [name for name in options.effects if name != "none"] or list(known)
     for name in singles:
-        if name not in EFFECTS:
-            raise InputError(f"--effects: unknown effect '{shown(name)}'{nearest(name, EFFECTS)}; 'none' hides nothing")
+        if name not in known:
+            raise InputError(f"--effects: unknown effect '{shown(name)}'{nearest(name, known)}; 'none' hides nothing")
     only = set(options.effects) == {"none"}
     counts: dict[Kind, int] = {
         "null": _nulls(options, only),
@@ -91,11 +90,14 @@ def _strengths(kind: Kind, effects: Sequence[tuple[str, ...]]) -> list[Order]:
 
 
 def _pairs(rng: Generator, names: Sequence[str], count: int) -> list[tuple[str, ...]]:
-    """Pairs of effects that the catalogue does not call confusable: of two that are, one may stand for both."""
+    """Pairs of effects that the catalogue does not call confusable: of two that are, one may stand for both.
+
+    What the geometry takes up altogether can be no part of a pair that has to be named.
+    """
     known = catalogue()
     apart = [
         (a, b)
-        for a, b in combinations([name for name in names if name not in _NOT_IN_PAIRS], 2)
+        for a, b in combinations([name for name in names if known[name].gauge is None], 2)
         if a not in known[b].confused_with and b not in known[a].confused_with
     ]
     if count and not apart:

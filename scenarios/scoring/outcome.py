@@ -21,6 +21,7 @@ from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause, diagnose
 from armtwin.models import atomic
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.predict import Active
+from armtwin.models.catalogue.registry import registered_files
 from armtwin.models.recordings.reader import read_recording
 from armtwin.scenarios.scoring.sealing import world_folder
 
@@ -39,11 +40,13 @@ class Task:
 
 
 def code_version() -> str:
-    """Return a digest of the diagnosis and of the effects: results of other code are not to be counted."""
+    """Return a digest of the diagnosis and of all effects: results of other code are not to be counted."""
     digest = hashlib.sha256()
     for package in (armtwin.calib.diagnosis, armtwin.models.catalogue, armtwin.models.effects):
         for path in sorted(Path(package.__path__[0]).glob("*.py")):
             digest.update(path.read_bytes())
+    for path in registered_files():
+        digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
@@ -130,16 +133,17 @@ def _cause(cause: NamedCause, context: Context) -> dict[str, Any]:
 
 def _site(active: Active, context: Context) -> dict[str, Any]:
     site: dict[str, Any] = {"effect": active.effect.name, "joint": active.site.joint, "marker": active.site.marker}
-    if active.effect.name == "marker_swap":
-        site["other"] = context.markers[int(active.values[0])]
-    return site
+    partner = active.effect.partner
+    return (
+        site if partner is None else site | {partner: active.effect.built(context, active.site, active.values)[partner]}
+    )
 
 
 def _intervals(cause: NamedCause, context: Context) -> dict[str, Any]:
     """Value and standard deviation by the names that the simulated bench gives them; switches have no interval."""
     effect = cause.active.effect
     parameters = effect.parameters(context, cause.active.site)
-    if effect.find is not None:  # found sample by sample, so there is no parameter
+    if effect.found is not None:  # found sample by sample, so there is no parameter
         return {}
     if effect.physical is not None:
         values = effect.physical(context, cause.active.values)

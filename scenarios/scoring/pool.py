@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from typing import TypeVar
 
-from armtwin.scenarios.processes import end_with_parent, one_thread_each
+from armtwin.models.catalogue.registry import registered_files
+from armtwin.scenarios.processes import begin_worker, one_thread_each
 
 Key = TypeVar("Key")
 Task = TypeVar("Task")
@@ -21,7 +22,8 @@ def in_processes(
 
     Processes are spawned, not forked: a fork after an OpenGL context exists hangs.
     """
-    with one_thread_each(), ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn"), end_with_parent) as pool:
+    spawn = multiprocessing.get_context("spawn")
+    with one_thread_each(), ProcessPoolExecutor(jobs, spawn, begin_worker, (registered_files(),)) as pool:
         pending: dict[Future[Result], Key] = {pool.submit(function, task): key for key, task in tasks}
         try:
             for future in as_completed(pending):

@@ -12,7 +12,7 @@ import numpy as np
 from armtwin.models.arm import nominal_arm
 from armtwin.models.errors import InputError
 from armtwin.scenarios.scoring.geometry import geometry_covered
-from armtwin.scenarios.scoring.judge import Judgement, judge, name_said
+from armtwin.scenarios.scoring.judge import Judgement, is_gauge, judge, name_said
 from armtwin.scenarios.scoring.outcome import Task, code_version, diagnose_world, kept_outcome
 from armtwin.scenarios.scoring.pool import in_processes
 from armtwin.scenarios.scoring.sealing import read_truth, world_folder
@@ -67,7 +67,7 @@ def score_table(result: Score) -> dict[str, Any]:
         holds
         for name, outcome in result.outcomes.items()
         if result.judgements[name].right
-        and "plane_offset" not in result.judgements[name].truth
+        and not any(is_gauge(effect["effect"]) for effect in result.truths[name]["effects"])
         and "base_x_mm" in outcome["geometry"]
         for holds in geometry_covered(arm, result.truths[name], outcome["geometry"]).values()
     ]

@@ -7,6 +7,7 @@ from typing import Any
 from armtwin.models.arm import Arm
 from armtwin.models.catalogue.injection import Stated, taken_by
 from armtwin.models.catalogue.registry import Effect, effect_named
+from armtwin.models.catalogue.site import Site
 from armtwin.models.errors import InputError
 from armtwin.models.validation import row
 from armtwin.scenarios.scenario import EffectTable
@@ -37,7 +38,7 @@ def checked_fault(fault: EffectTable, number: int, arm: Arm) -> EffectTable:
     """Return a fault whose parameters the bench can be given; raises `InputError` for one that it cannot."""
     effect = effect_named(fault.name)
     try:
-        effect.check(Stated(fault.parameters, fault.joint, fault.marker, f"{row('faults', number)}: "), arm)
+        effect.check(Stated(fault.parameters, Site(fault.joint, fault.marker), f"{row('faults', number)}: "), arm)
     except InputError as error:
         raise InputError(f"faults: {error}") from None
     return fault

@@ -42,19 +42,12 @@ def scenario_table(twin: Twin, file: str) -> dict[str, Any]:
             "gravity_m_s2": twin.arm.gravity_m_s2.tolist(),
         },
         "trajectories": _TRAJECTORIES,
-        "effects": [
-            {"name": effect.effect, **_site(effect.joint, effect.marker), **effect.parameters}
-            for effect in twin.effects
-        ],
+        "effects": [{"name": effect.effect, **effect.site.keys, **effect.parameters} for effect in twin.effects],
     }
     if twin.camera is not None:
         table["bench"]["arm_plane_z_mm"] = float(twin.base_in_board_mm[2])
         table["camera"] = _moved(twin.camera, file)
     return table
-
-
-def _site(joint: int | None, marker: str | None) -> dict[str, Any]:
-    return {key: value for key, value in (("joint", joint), ("marker", marker)) if value is not None}
 
 
 def _moved(camera: Camera, file: str) -> dict[str, list[float]]:

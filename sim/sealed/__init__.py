@@ -1,11 +1,20 @@
 """Sealed worlds: recordings with a hidden effect and the truth about them, made by the physical simulation."""
 
 from armtwin.sim.sealed.displacement import Scene, moved_px
-from armtwin.sim.sealed.draw import STRENGTHS, Sealed, Strength, bench_of, draw_world, hide, record, scale, truth_of
-from armtwin.sim.sealed.ranges import EFFECTS
+from armtwin.sim.sealed.draw import (
+    STRENGTHS,
+    Sealed,
+    Strength,
+    bench_of,
+    draw_world,
+    hide,
+    record,
+    scale,
+    sealed_effects,
+    truth_of,
+)
 
 __all__ = [
-    "EFFECTS",
     "STRENGTHS",
     "Scene",
     "Sealed",
@@ -16,5 +25,6 @@ __all__ = [
     "moved_px",
     "record",
     "scale",
+    "sealed_effects",
     "truth_of",
 ]

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from armtwin.models.camera import project
+from armtwin.models.catalogue.sealed import Situation
 from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.kinematics import Deviation, marker_positions
 from armtwin.models.plan import Plan
 from armtwin.models.world import World
 from armtwin.sim.observe import pixels_of
 from armtwin.sim.physics.simulation import simulate
-from armtwin.sim.sealed.ranges import Situation
 
 Array = NDArray[np.float64]
 

@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from armtwin.models.arm import NOMINAL, Arm, nominal_arm
 from armtwin.models.camera_files import read_camera
-from armtwin.models.catalogue.registry import effect_named
-from armtwin.models.errors import JobError
+from armtwin.models.catalogue.registry import catalogue, effect_named
+from armtwin.models.catalogue.sealed import Hidden, Sealing
+from armtwin.models.errors import InputError, JobError
 from armtwin.models.kinematics import Deviation
 from armtwin.models.recordings.recording import Recording
 from armtwin.models.recordings.writer import camera_table
@@ -21,7 +22,6 @@ from armtwin.models.world import World, ideal_world
 from armtwin.sim.observe import make_recording
 from armtwin.sim.sealed.displacement import Scene, moved_px
 from armtwin.sim.sealed.plans import draw_plan
-from armtwin.sim.sealed.ranges import GAUGE, NEEDS_GRAVITY, NEEDS_MARKERS, NEEDS_TIME, Hidden, draw_hidden
 
 Array = NDArray[np.float64]
 Strength = Literal["weak", "medium", "strong"]
@@ -72,7 +72,7 @@ def draw_world(
     """
     names = () if effects is None else (effects,) if isinstance(effects, str) else tuple(effects)
     for name in names:
-        effect_named(name)
+        sealing_of(name)
     for _ in range(_ATTEMPTS):
         bench, scene = bench_of(rng, names, arm, n_poses, noise_px, markers)
         lost = float(rng.choice([0.0, rng.uniform(0.0, 0.03)])) if missing is None else missing
@@ -91,8 +91,9 @@ def bench_of(
     markers: Sequence[str] | None = None,
 ) -> tuple[World, Scene]:
     """Draw a true bench without effects, fit for `names`, and the scene: what is done and looked for on it."""
+    hiding = [sealing_of(name) for name in names]
     declared = nominal_arm() if arm is None else arm
-    if arm is None and (NEEDS_GRAVITY.intersection(names) or rng.random() < 0.5):
+    if arm is None and (any(how.in_gravity for how in hiding) or rng.random() < 0.5):
         declared = replace(declared, gravity_m_s2=np.array([0.0, -_GRAVITY_M_S2]))
     spread = np.where(declared.link_lengths_mm > 20.0, _LENGTH_ERROR_MM, _SHORT_LENGTH_ERROR_MM)
     deviation = Deviation(
@@ -102,10 +103,10 @@ def bench_of(
     world = ideal_world(declared, read_camera(NOMINAL / "webcam.yaml"), _ARM_PLANE_MM, base, deviation)
     plan, held_out = draw_plan(rng, declared, int(rng.integers(120, 261)) if n_poses is None else n_poses)
     period = rng.uniform(1.0, 3.0)
-    timed = bool(NEEDS_TIME.intersection(names)) or rng.random() < 0.8
+    timed = any(how.timed for how in hiding) or rng.random() < 0.8
     noise = float(np.exp(rng.uniform(*np.log(_NOISE_PX)))) if noise_px is None else noise_px
     if markers is None:
-        tip_only = rng.random() < 0.125 and not NEEDS_MARKERS.intersection(names)
+        tip_only = rng.random() < 0.125 and not any(how.all_markers for how in hiding)
         markers = (declared.marker_names[0], declared.marker_names[-1]) if tip_only else declared.marker_names
     world = replace(world, pose_period_s=period)
     return world, Scene(world, plan, held_out, period, timed, noise, tuple(markers))
@@ -114,8 +115,20 @@ def bench_of(
 def hide(world: World, name: str, hidden: Hidden, amplitude: float) -> World:
     """Return the world with effect `name` of an amplitude in it."""
     inject = effect_named(name).inject
-    made: World = inject(world, hidden.parameters(amplitude), joint=hidden.joint, marker=hidden.marker)
-    return made
+    return inject(world, hidden.parameters(amplitude), hidden.site)
+
+
+def sealing_of(name: str) -> Sealing:
+    """Return how an effect is hidden; raises `InputError` for one that is unknown, or that says nothing of it."""
+    sealing = effect_named(name).sealed
+    if sealing is None:
+        raise InputError(f"effect '{name}' does not say how it is hidden in a sealed world: its `sealed` is wanted")
+    return sealing
+
+
+def sealed_effects() -> tuple[str, ...]:
+    """Return the names of the effects that can be hidden."""
+    return tuple(name for name, effect in catalogue().items() if effect.sealed is not None)
 
 
 def _scaled(
@@ -124,11 +137,11 @@ def _scaled(
     """Draw an effect and scale it: (name, hidden, amplitude, displacement in px), or None where it stays too small."""
     low, high = STRENGTHS[strength]
     target = scene.noise_px * float(np.exp(rng.uniform(np.log(low * 1.1), np.log(high))))
-    hidden = draw_hidden(name, rng, scene.situation(target))
+    hidden = sealing_of(name).draw(rng, scene.situation(target))
     seed = int(rng.integers(2**32))
 
     def measure(a: float) -> float:
-        return moved_px(scene, hide(bench, name, hidden, a), seed, beyond_geometry=name not in GAUGE)
+        return moved_px(scene, hide(bench, name, hidden, a), seed, beyond_geometry=effect_named(name).gauge is None)
 
     amplitude, moved = scale(measure, hidden.start, hidden.most, target)
     return (name, hidden, amplitude, moved) if moved >= low * scene.noise_px else None
@@ -161,8 +174,8 @@ def _record(
     effects = [
         {
             "effect": name,
-            "joint": hidden.joint,
-            "marker": hidden.marker,
+            "joint": hidden.site.joint,
+            "marker": hidden.site.marker,
             "parameters": _plain(hidden.parameters(amplitude)),
             "moved_px": moved,
             "moved_noises": moved / scene.noise_px,

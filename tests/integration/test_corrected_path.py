@@ -9,7 +9,7 @@ import numpy as np
 from armtwin.calib.diagnosis.diagnosis import diagnose
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.catalogue.registry import effect_named
+from armtwin.models.catalogue.registry import Site, effect_named
 from armtwin.models.kinematics import Deviation, inverse
 from armtwin.models.plan import paper_plan
 from armtwin.models.trajectories import line
@@ -25,7 +25,7 @@ DEVIATION = Deviation(np.array([1.5, -2.0, 0.4, 0.0]), np.array([0.02, -0.03, 0.
 
 def test_the_diagnosed_twin_takes_the_real_arm_along_an_unseen_path_better_than_its_geometry_alone() -> None:
     bench = ideal_world(nominal_arm(), nominal_camera(), -80.87, np.array([40.0, -33.0]), DEVIATION)
-    bench = effect_named("backlash").inject(bench, {"width_rad": 0.02}, joint=2)
+    bench = effect_named("backlash").inject(bench, {"width_rad": 0.02}, Site(joint=2))
     plan = paper_plan(bench.arm)
     recording = make_recording(
         bench, plan.q_cmd, plan.trajectory, default_clock(len(plan)), np.random.default_rng(1), 0.06, held_out=("line",)

@@ -23,7 +23,7 @@ from armtwin.models.recordings.recording import Recording
 from armtwin.scenarios.scoring.judge import Judgement, judge
 from armtwin.scenarios.scoring.outcome import outcome_of
 from armtwin.sim.observe import make_angle_recording
-from armtwin.sim.sealed import EFFECTS, Sealed, Strength, draw_world
+from armtwin.sim.sealed import Sealed, Strength, draw_world, sealed_effects
 from tests.support.uncatalogued import UNCATALOGUED, draw_uncatalogued
 from tests.support.worlds import scattered, there_and_back, upright_world, with_effect
 
@@ -58,14 +58,14 @@ def right(answer: Judgement) -> bool:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize("effect", sealed_effects())
 def test_a_weak_effect_is_named(effect: str, seed: int) -> None:
     answer = answered("single", drawn(seed, f"weak {effect}", effect, "weak", n_poses=2 * SMALL))
     assert right(answer), answer
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize("effect", sealed_effects())
 def test_an_effect_is_named(effect: str, seed: int) -> None:
     # Gross errors are rare single sightings: of twice as many poses enough are gross.
     answer = answered(
@@ -75,7 +75,7 @@ def test_an_effect_is_named(effect: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize("effect", sealed_effects())
 def test_a_strong_effect_is_named(effect: str, seed: int) -> None:
     answer = answered("single", drawn(seed, f"strong {effect}", effect, "strong"))
     assert right(answer), answer

@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from armtwin.models.catalogue.site import Site
 from armtwin.models.errors import InputError
 from armtwin.models.world import Moment, checked_marker, joint_index, samples_of
 from tests.support.worlds import flat_world
@@ -13,13 +14,13 @@ def test_marker_a_stands_in_the_arms_plane() -> None:
 
 
 def test_joints_count_from_one() -> None:
-    assert joint_index(flat_world(), 1) == 0
+    assert joint_index(flat_world(), Site(1)) == 0
 
 
 @pytest.mark.parametrize("joint", [None, 0, 4])
 def test_a_joint_that_the_arm_does_not_have_is_refused(joint: int | None) -> None:
     with pytest.raises(InputError, match="needs a joint from 1 to 3"):
-        joint_index(flat_world(), joint)
+        joint_index(flat_world(), Site(joint))
 
 
 def test_a_marker_that_the_arm_does_not_have_is_refused() -> None:

@@ -15,7 +15,7 @@ from armtwin.models.recordings.reader import read_recording
 from armtwin.scenarios.cli import main
 from armtwin.scenarios.scoring.orders import SealOptions, orders
 from armtwin.scenarios.scoring.sealing import read_truth, seal, world_folder
-from armtwin.sim.sealed import EFFECTS, STRENGTHS
+from armtwin.sim.sealed import STRENGTHS, sealed_effects
 
 UNCATALOGUED = Path(__file__).parents[1] / "support" / "uncatalogued.py"
 FEW = SealOptions(n=2, seed=4, effects=("none", "servo_gain"))
@@ -32,12 +32,14 @@ def few(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_a_set_hides_every_effect_and_in_a_tenth_of_the_worlds_nothing() -> None:
     made = orders(SealOptions(n=80, seed=1))
     assert Counter(order.kind for order in made) == {"single": 72, "null": 8}
-    assert {name for order in made for name in order.effects} == set(EFFECTS)
+    assert {name for order in made for name in order.effects} == set(sealed_effects())
 
 
 def test_each_effect_is_hidden_at_each_strength() -> None:
     made = [order for order in orders(SealOptions(n=80, seed=1)) if order.kind == "single"]
-    assert {(order.effects[0], order.strength) for order in made} == {(e, s) for e in EFFECTS for s in STRENGTHS}
+    assert {(order.effects[0], order.strength) for order in made} == {
+        (e, s) for e in sealed_effects() for s in STRENGTHS
+    }
 
 
 def test_the_number_of_a_world_says_nothing_of_what_it_hides() -> None:
@@ -57,7 +59,7 @@ def test_a_set_can_hold_faults_that_no_effect_describes() -> None:
     made = orders(SealOptions(n=100, seed=3, uncatalogued=str(UNCATALOGUED)))
     strange = {order.effects[0] for order in made if order.kind == "uncatalogued"}
     assert len(strange) >= 5
-    assert not strange & set(EFFECTS)
+    assert not strange & set(sealed_effects())
 
 
 def test_only_the_wanted_effects_are_hidden() -> None:
@@ -86,7 +88,7 @@ def test_a_recording_gives_neither_effect_nor_seed_nor_truth_away(few: Path) -> 
         header = json.loads((folder / "recording.json").read_text())
         assert set(header) <= {"schema", "arm", "camera", "arm_plane_z_mm", "pixel_noise_px", "held_out"}
         text = (folder / "recording.json").read_text() + (folder / "samples.csv").read_text()
-        assert not [name for name in (*EFFECTS, "seed", "effect") if name in text]
+        assert not [name for name in (*sealed_effects(), "seed", "effect") if name in text]
 
 
 def test_what_is_hidden_moves_the_markers_by_three_noises_at_least(few: Path) -> None:

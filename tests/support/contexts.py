@@ -13,7 +13,8 @@ from armtwin.models.arm import Arm, nominal_arm
 from armtwin.models.camera import Camera
 from armtwin.models.camera_files import nominal_camera
 from armtwin.models.catalogue.context import Context, nominal_links
-from armtwin.models.catalogue.predict import Active, Geometry, joint_angles, predict_pixels
+from armtwin.models.catalogue.points import Geometry
+from armtwin.models.catalogue.predict import Active, joint_angles, predict_pixels
 from armtwin.models.catalogue.registry import Parameter, Site, effect_named
 
 Array = NDArray[np.float64]

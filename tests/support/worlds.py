@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from armtwin.models.arm import nominal_arm
 from armtwin.models.camera_files import nominal_camera
-from armtwin.models.catalogue.registry import effect_named
+from armtwin.models.catalogue.registry import Site, effect_named
 from armtwin.models.kinematics import Deviation
 from armtwin.models.world import World, ideal_world
 from armtwin.sim.physics.simulation import ArmSimulation
@@ -45,7 +45,7 @@ def with_effect(
     world: World, name: str, parameters: dict[str, Any], joint: int | None = None, marker: str | None = None
 ) -> World:
     """Return the world with a catalogued effect in it."""
-    made: World = effect_named(name).inject(world, parameters, joint=joint, marker=marker)
+    made: World = effect_named(name).inject(world, parameters, Site(joint, marker))
     return made
 
 

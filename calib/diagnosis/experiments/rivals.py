@@ -76,7 +76,7 @@ def _confusable(data: Data, final: Fit, active: Active) -> list[Active]:
             continue
         sites = effect.sites(context)
         site = active.site if active.site in sites else sites[0]
-        starts = list(effect.starts(context, site, None)) if effect.applies(context, site) is None else []
+        starts = list(effect.starts(context, site, None)) if effect.why_not(context, site) is None else []
         if starts and (name, site.joint, site.marker) not in held:
             found.append(_best_start(data, final, active, [Active(effect, site, values) for values in starts]))
     return found

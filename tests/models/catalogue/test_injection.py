@@ -46,7 +46,7 @@ OTHERWISE_STATED = {"servo_nonlinearity", "joint_slip", "settling_lag"}
 
 
 def complete(parameters: dict[str, Any], arm: Arm = ARM, n_poses: int | None = 10) -> dict[str, Any]:
-    return checked("play", "joint", TAKEN, Stated(parameters, joint=1, at="effect 1: "), arm, n_poses)
+    return checked("play", "joint", TAKEN, Stated(parameters, Site(joint=1), at="effect 1: "), arm, n_poses)
 
 
 def refusal(parameters: dict[str, Any]) -> str:
@@ -119,7 +119,7 @@ def test_without_a_recording_any_sample_is_possible() -> None:
 )
 def test_an_effect_sits_where_its_kind_sits(where: Any, joint: Any, marker: Any, said: str) -> None:
     with pytest.raises(InputError) as refused:
-        checked("play", where, (), Stated({}, joint, marker), ARM)
+        checked("play", where, (), Stated({}, Site(joint, marker)), ARM)
     assert str(refused.value) == said
 
 
@@ -135,7 +135,7 @@ def test_every_value_that_can_be_found_can_be_built_in(name: str) -> None:
     effect, context = effect_named(name), context_of()
     for site in effect.sites(context):
         bounds = np.array([parameter.bounds for parameter in effect.parameters(context, site)]).reshape(-1, 2)
-        if effect.find is None:
+        if effect.found is None:
             for values in bounds.T:
                 with_effect(upright_world(), name, effect.built(context, site, values), site.joint, site.marker)
 
@@ -146,7 +146,7 @@ def test_an_injector_takes_every_parameter_of_its_term_but_those_of_the_recordin
     site = effect.sites(context)[0]
     parameters = effect.parameters(context, site)
     values = np.array([parameter.bounds[1] for parameter in parameters])
-    if effect.find is None:
+    if effect.found is None:
         left_out = {(name, p.name) for p in parameters} - {(name, key) for key in effect.built(context, site, values)}
         assert left_out == {(of, key) for of, key in OF_THE_RECORDING if of == name}
 

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from armtwin.models.catalogue.predict import Geometry, joint_angles, marker_points, ordered
+from armtwin.models.catalogue.points import Geometry
+from armtwin.models.catalogue.predict import joint_angles, marker_points, ordered
 from armtwin.models.catalogue.registry import Stage
 from armtwin.models.kinematics import Deviation, complex_links, marker_positions
 from tests.support.contexts import active, context_of, drawn, pixels

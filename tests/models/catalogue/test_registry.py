@@ -20,7 +20,7 @@ NAMES = {
     *("marker_offset", "marker_swap", "outliers", "axis_tilt"),
 }
 # Rounding has no step at which it vanishes: the finest allowed one is tested with it.
-FITTED = sorted(name for name in NAMES - {"quantization"} if catalogue()[name].find is None)
+FITTED = sorted(name for name in NAMES - {"quantization"} if catalogue()[name].is_fitted)
 
 
 @pytest.fixture(autouse=True)

@@ -14,8 +14,9 @@ def found(swapped: list[int], pair: tuple[int, int] = (1, 3)) -> list[tuple[Site
     observed = pixels(context) + NOISE_PX * np.random.default_rng(2).standard_normal((40, 4, 2))
     first, second = pair
     observed[swapped, first], observed[swapped, second] = observed[swapped, second], observed[swapped, first]
-    find = effect_named("marker_swap").find
-    assert find is not None
+    how = effect_named("marker_swap").found
+    assert how is not None
+    find = how.find
     return find(context, View(observed, pixels(context), NOISE_PX))
 
 
@@ -34,8 +35,9 @@ def test_a_marker_that_was_not_seen_is_swapped_with_none() -> None:
     context = context_of()
     observed = pixels(context)
     observed[5, 1] = np.nan
-    find = effect_named("marker_swap").find
-    assert find is not None
+    how = effect_named("marker_swap").found
+    assert how is not None
+    find = how.find
     assert find(context, View(observed, pixels(context), NOISE_PX)) == []
 
 

@@ -30,22 +30,25 @@ def test_of_two_missed_in_a_row_both_hold_the_last_one_that_arrived() -> None:
 
 @pytest.mark.parametrize("missed", [[5], [5, 20, 33], [10, 11, 12]])
 def test_missed_poses_are_found_among_the_others(missed: list[int]) -> None:
-    find = effect_named("missed_command").find
-    assert find is not None
+    how = effect_named("missed_command").found
+    assert how is not None
+    find = how.find
     ((site, rows),) = find(context_of(), view_of(missed))
     assert site == Site()
     np.testing.assert_array_equal(rows, missed)
 
 
 def test_where_every_command_arrived_none_is_found() -> None:
-    find = effect_named("missed_command").find
-    assert find is not None
+    how = effect_named("missed_command").found
+    assert how is not None
+    find = how.find
     assert find(context_of(), view_of([])) == []
 
 
 def test_a_gross_error_that_agrees_with_no_pose_is_no_missed_command() -> None:
-    find = effect_named("missed_command").find
-    assert find is not None
+    how = effect_named("missed_command").found
+    assert how is not None
+    find = how.find
     view = view_of([])
     view.observed[15, 3] += 60.0
     assert find(context_of(), view) == []
@@ -58,8 +61,9 @@ def test_the_simulated_bench_is_told_the_samples() -> None:
 
 
 def test_a_marker_that_hardly_moves_on_the_way_need_not_miss_its_own_pose_by_as_much_as_the_others() -> None:
-    find = effect_named("missed_command").find
-    assert find is not None
+    how = effect_named("missed_command").found
+    assert how is not None
+    find = how.find
     predicted = np.array([[[0.0, 0.0], [0.0, 0.0]], [[0.9, 0.0], [15.0, 0.0]], [[0.0, 9.0], [30.0, 9.0]]])
     observed = predicted[[0, 0, 2]] + np.array([[0.0, 0.0], [0.15, 0.0], [0.0, 0.0]])[:, None]
     ((_, rows),) = find(context_of(), View(observed, predicted, 0.1))
@@ -81,7 +85,9 @@ def test_which_joints_stayed_is_found_by_trying_each_set_of_them(missed: list[fl
     def replay(commands: np.ndarray) -> np.ndarray:
         return pixels(context_of(commands))
 
-    find = effect_named("missed_command").find
+    how = effect_named("missed_command").found
+    assert how is not None
+    find = how.find
     assert find is not None
     ((_, found),) = find(context, View(noisy, pixels(context), NOISE_PX, replay))
     np.testing.assert_allclose(found, missed)

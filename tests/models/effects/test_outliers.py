@@ -10,8 +10,9 @@ NOISE_PX = 0.1
 
 
 def found(view: View) -> set[tuple[int, int]]:
-    find = effect_named("outliers").find
-    assert find is not None
+    how = effect_named("outliers").found
+    assert how is not None
+    find = how.find
     return {(int(row), int(column)) for _, values in find(context_of(), view) for row, column in values.reshape(-1, 2)}
 
 

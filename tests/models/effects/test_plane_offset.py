@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from armtwin.models.catalogue.predict import Geometry, predict_pixels
+from armtwin.models.catalogue.points import Geometry
+from armtwin.models.catalogue.predict import predict_pixels
 from armtwin.models.catalogue.registry import Site, effect_named
 from tests.support.contexts import BASE_MM, active, context_of, drawn, pixels
 
@@ -23,4 +24,4 @@ def test_it_looks_exactly_like_all_links_and_the_base_s_place_scaled_together() 
 
 
 def test_so_it_is_never_looked_for() -> None:
-    assert effect_named("plane_offset").applies(context_of(), Site()) is not None
+    assert effect_named("plane_offset").why_not(context_of(), Site()) is not None

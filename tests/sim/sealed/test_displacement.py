@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
+from armtwin.models.catalogue.sealed import Hidden
+from armtwin.models.catalogue.site import Site
 from armtwin.sim.sealed import bench_of, hide, moved_px
-from armtwin.sim.sealed.ranges import Hidden
 from tests.support.worlds import with_effect
 
 
@@ -41,7 +42,7 @@ def test_held_out_poses_do_not_count(stage) -> None:  # type: ignore[no-untyped-
 
 
 def _swapped(bench, samples: list[int]):  # type: ignore[no-untyped-def]
-    return hide(bench, "marker_swap", Hidden(lambda a: {"samples": samples, "other": "c"}, 1, 1, marker="b"), 1.0)
+    return hide(bench, "marker_swap", Hidden(lambda a: {"samples": samples, "other": "c"}, 1, 1, Site(marker="b")), 1.0)
 
 
 def test_a_joints_jump_moves_the_markers_beyond_it(stage) -> None:  # type: ignore[no-untyped-def]

@@ -7,14 +7,14 @@ from armtwin.models.catalogue.registry import catalogue
 from armtwin.models.errors import InputError
 from armtwin.models.recordings.reader import read_recording
 from armtwin.models.recordings.writer import write_recording
-from armtwin.sim.sealed import EFFECTS, STRENGTHS, draw_world
+from armtwin.sim.sealed import STRENGTHS, draw_world, sealed_effects
 
 
 def test_every_effect_of_the_catalogue_can_be_hidden() -> None:
-    assert set(EFFECTS) == set(catalogue())
+    assert set(sealed_effects()) == set(catalogue())
 
 
-@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize("effect", sealed_effects())
 def test_the_truth_names_the_hidden_effect_and_how_far_it_moves_the_markers(effect: str) -> None:
     sealed = draw_world(np.random.default_rng(11), effect, "medium", n_poses=60)
     (hidden,) = sealed.truth["effects"]
