@@ -98,7 +98,7 @@ def test_effects_that_no_bench_can_have_are_refused_by_name() -> None:
 
 
 def test_an_effect_of_which_no_arm_can_be_compiled_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
-    def inject(world: World, parameters: object, **site: object) -> World:
+    def inject(world: World, parameters: object, site: object) -> World:
         return world.with_mechanism(turn_the_range_round)
 
     def turn_the_range_round(spec: mujoco.MjSpec) -> None:
