@@ -14,6 +14,7 @@ from armtwin.calib.markers.detect import detect
 from armtwin.calib.markers.disc import DetectorConfig, Disc, Image, Method
 from armtwin.calib.markers.identify import identify
 from armtwin.calib.markers.reading import MarkerReading
+from armtwin.calib.markers.slipped import slipped_commands
 from armtwin.models.camera import Camera, back_project
 from armtwin.models.errors import RecordingError
 from armtwin.models.recordings.recording import Recording
@@ -57,7 +58,8 @@ def measure_frames(
 ) -> tuple[MarkerReading, ...]:
     """Return the markers of each frame, in the recording's order; see `measure_recording`.
 
-    Frames in which not every marker is clear are read again with the base where the nearest complete frame has it.
+    Frames in which not every marker is clear are read again with the base where the nearest complete frame has it, and
+    those in which a link stands off its command by the same turn in many frames, by that turn.
     """
     camera, plane_z_mm = _calibration(recording)
     found: list[tuple[Disc, ...]] = []
@@ -75,6 +77,9 @@ def measure_frames(
             nearest = min(complete, key=lambda other: abs(other - row))
             hint = back_project(camera, readings[nearest].pixels[base][None], plane_z_mm)[0]
             readings[row] = identify(found[row], recording.arm, camera, plane_z_mm, recording.q_cmd[row], hint)
+    slipped = slipped_commands(found, readings, recording.arm, camera, plane_z_mm, recording.q_cmd)
+    for row, q in slipped.items():
+        readings[row] = identify(found[row], recording.arm, camera, plane_z_mm, q)
     if not any(reading.discs for reading in readings):
         raise RecordingError(f"{_frames(recording)}: no marker in any of the {len(recording)} frames; {_advice(found)}")
     return tuple(readings)

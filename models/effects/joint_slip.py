@@ -70,7 +70,7 @@ def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
         parameter
         for number in range(1, _MOST_SLIPS + 1)
         for parameter in (
-            Parameter(_named("jump", number, "_rad"), (-0.5, 0.5), 0.05),
+            Parameter(_named("jump", number, "_rad"), (-np.pi, np.pi), 0.3),
             Parameter(_named("from_sample", number), (1.0, never), never, off=never, scanned=True),
         )
     )
@@ -93,7 +93,7 @@ def _screen(context: Context, site: Site, evidence: Evidence) -> Iterable[Array]
 def _padded(context: Context, slips: list[tuple[int, float]] | list[tuple[float, float]]) -> Array:
     values = np.tile([0.0, float(len(context))], (_MOST_SLIPS, 1))
     for k, (row, jump) in enumerate(slips):
-        values[k] = np.clip(jump, -0.5, 0.5), row
+        values[k] = np.clip(jump, -np.pi, np.pi), row
     return values.ravel()
 
 

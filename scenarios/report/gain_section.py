@@ -23,9 +23,9 @@ def gain_section(run: RunData) -> Section:
         title="The line, by the extended twin",
         lead=(
             f"Commanded a third time, through the inverse kinematics of the extended twin, the line is missed by "
-            f"{last['mean_mm']:.3f} mm on average: {last['reduction_percent']:.1f} % less than the "
-            f"{first['mean_mm']:.2f} mm before calibration. The camera itself is off by "
-            f"{last['vision_error_mm']:.3f} mm RMS; its noise alone would show a mean of {floor:.3f} mm."
+            f"{number(last['mean_mm'], 3)} mm on average: {number(last['reduction_percent'], 1)} % less than the "
+            f"{number(first['mean_mm'], 2)} mm before calibration. The camera itself is off by "
+            f"{number(last['vision_error_mm'], 3)} mm RMS; its noise alone would show a mean of {floor:.3f} mm."
         ),
         blocks=(
             prose(_how(gain)),

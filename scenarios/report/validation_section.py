@@ -30,8 +30,8 @@ def validation_section(run: RunData) -> Section:
         title="The line, before and after (Figures 5 and 6)",
         lead=(
             f"Commanded again through the calibrated inverse kinematics, the tip's mean error on a line that no "
-            f"calibration has seen falls from {found['mean_before_mm']:.2f} to {found['mean_after_mm']:.2f} mm, by "
-            f"{found['reduction_percent']:.1f} %."
+            f"calibration has seen falls from {number(found['mean_before_mm'], 2)} to "
+            f"{number(found['mean_after_mm'], 2)} mm, by {number(found['reduction_percent'], 1)} %."
         ),
         blocks=(
             plot(

@@ -71,19 +71,31 @@ def _row(name: str, run: dict[str, Any], errors: dict[str, Array]) -> dict[str, 
         "mean_mm": run["mean_mm"],
         "std_of_mean_mm": run["std_of_mean_mm"],
         "mean_ci95_mm": mean,
-        "std_mm": np.nanstd(error, ddof=1),
+        "std_mm": np.nanstd(error, ddof=1) if np.isfinite(error).sum() > 1 else None,
         "max_mm": run["max_mm"],
         "true_mean_mm": run["true_mean_mm"],
         "vision_error_mm": run["vision_error_mm"],
-        "reduction_percent": 100.0 * (1.0 - run["mean_mm"] / np.nanmean(errors["before"])),
+        "reduction_percent": _reduction_percent(run["mean_mm"], errors["before"]),
         "reduction_ci95_percent": less,
     }
 
 
+def _reduction_percent(mean_mm: float | None, before: Array) -> float | None:
+    """Return by how much the mean error is below the uncorrected one; None where the tip was not seen."""
+    if mean_mm is None or not np.isfinite(before).any():
+        return None
+    return float(100.0 * (1.0 - mean_mm / np.nanmean(before)))
+
+
 def reduction(before: Array, error: Array) -> tuple[Array, Array]:
-    """95 % intervals of the mean error, mm, and of the percentage that it is below the uncorrected one."""
+    """95 % intervals of the mean error, mm, and of the percentage that it is below the uncorrected one.
+
+    NaN where no pose of both was seen.
+    """
     both = np.isfinite(before) & np.isfinite(error)
     b, e = before[both], error[both]
+    if not len(b):
+        return np.full(2, np.nan), np.full(2, np.nan)
     starts = np.arange(0, len(b), _BLOCK)
     sizes = np.diff([*starts, len(b)])
     draws = np.random.default_rng(0).integers(0, len(starts), (_BOOTSTRAPS, len(starts)))
