@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 _LEAST_PICTURES, _LEAST_SHARE = 5, 0.6
 # Two standard deviations of a joint that does follow its command, with play and an uncalibrated zero.
 _AGREE_RAD = np.deg2rad(6.0)
+# Below it the command still finds the marker.
+_LEAST_SLIP_RAD = np.deg2rad(15.0)
 # What a link may be off in length, as a share.
 _LENGTH_SHARE = 0.12
 
@@ -45,27 +47,43 @@ def slipped_commands(
     expected = marker_positions(arm, q_cmd)
     names = arm.marker_names
     for joint in range(arm.n_joints):
-        before, after = names[joint], names[joint + 1]
-        rows = [k for k, one in enumerate(readings) if one.status[before] == "seen" and one.status[after] != "seen"]
+        origins = [_origin(places[k], found[k], one, joint, arm, expected[k]) for k, one in enumerate(readings)]
+        missing = [one.status[names[joint + 1]] != "seen" for one in readings]
+        rows = [k for k, origin in enumerate(origins) if origin is not None and missing[k]]
         if len(rows) < _LEAST_PICTURES:
             continue
-        turns = [_turns(places[k], found[k], readings[k], joint, arm, expected[k]) for k in rows]
+        turns = [_turns(places[k], int(origins[k] or 0), joint, expected[k]) for k in rows]
         shared = _shared(turns)
-        if shared is None:
+        if shared is None or abs(shared) < _LEAST_SLIP_RAD:
             continue
-        for row, offered in zip(rows, turns, strict=True):
-            if len(offered) and np.abs(wrap(offered - shared)).min() < _AGREE_RAD:
+        offered = dict(zip(rows, turns, strict=True))
+        for row in np.flatnonzero(missing).tolist():
+            # A picture whose naming was open altogether offers nothing; the turned command may settle it.
+            if row not in offered or (np.abs(wrap(offered[row] - shared)) < _AGREE_RAD).any():
                 corrected[row] = q_cmd[row].copy()
                 corrected[row][joint] += shared
         break  # all beyond it turns along
     return corrected
 
 
-def _turns(
+def _origin(
     places: Array, discs: tuple[Disc, ...], reading: MarkerReading, joint: int, arm: Arm, expected: Array
-) -> Array:
+) -> int | None:
+    """Return the disc on a joint's axis: the one seen there, or where the last marker seen before it expects one."""
+    seen = [k for k in range(joint + 1) if arm.marker_names[k] in reading.discs]
+    if not seen:
+        return None
+    at = next(k for k, disc in enumerate(discs) if disc is reading.discs[arm.marker_names[seen[-1]]])
+    if seen[-1] == joint:
+        return at
+    way = expected[joint] - expected[seen[-1]]
+    off = np.hypot(*(places - places[at] - way).T)
+    nearest = int(np.nanargmin(off))
+    return nearest if off[nearest] < _LENGTH_SHARE * float(np.hypot(*way)) and nearest != at else None
+
+
+def _turns(places: Array, origin: int, joint: int, expected: Array) -> Array:
     """(k,) turns against the command by which each disc at the link's distance would be the marker, rad."""
-    origin = next(k for k, disc in enumerate(discs) if disc is reading.discs[arm.marker_names[joint]])
     link = expected[joint + 1] - expected[joint]
     length = float(np.hypot(*link))
     way = places - places[origin]

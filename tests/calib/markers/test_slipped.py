@@ -21,7 +21,7 @@ def pictures(arm: Arm, camera: Camera, q: np.ndarray) -> list[tuple[Disc, ...]]:
 @pytest.mark.parametrize("slip", [0.6, 1.2, -1.5])
 def test_a_horn_that_slipped_far_loses_no_marker(webcam: Camera, slip: float) -> None:
     arm = nominal_arm()
-    found = pictures(arm, webcam, COMMANDS + [0.0, 0.0, slip])
+    found = pictures(arm, webcam, COMMANDS + np.array([0.0, 0.0, slip]))
     readings = [identify(discs, arm, webcam, PLANE_MM, q) for discs, q in zip(found, COMMANDS, strict=True)]
     turned = slipped_commands(found, readings, arm, webcam, PLANE_MM, COMMANDS)
     for row, (discs, reading) in enumerate(zip(found, readings, strict=True)):
