@@ -4,9 +4,10 @@
 
     recording = armtwin.read_recording("recordings/first")
     print(armtwin.calibrate(recording).deviation)
-    print(armtwin.diagnose(recording).verdict)
+    found = armtwin.diagnose(recording)
+    print(found.verdict)
 
-    twin = armtwin.read_twin("diagnosed/twin.toml")
+    twin = armtwin.twin_of(found)
     armtwin.export_mjcf(twin, "arm.xml")
     print(armtwin.correct(twin, "path.csv").after_mm.max())
 
@@ -24,6 +25,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from armtwin.calib.arm.calibration import ArmCalibration
+    from armtwin.calib.camera.fit import CameraCalibration
     from armtwin.calib.diagnosis.diagnosis import Diagnosis
     from armtwin.models.bench import Bench, BenchDescription, Frame
     from armtwin.models.errors import ArmtwinError, InputError, JobError, RecordingError
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
     from armtwin.models.wanted_path import WantedPath
     from armtwin.scenarios.public import (
         calibrate,
+        calibrate_camera,
         correct,
         diagnose,
         export_mjcf,
@@ -48,12 +51,14 @@ if TYPE_CHECKING:
         read_twin,
         run,
         simulate,
+        twin_of,
     )
     from armtwin.scenarios.report.data import RunData
     from armtwin.scenarios.twins.correction import Correction
 
 _PLACES = {
     "ArmCalibration": "calib.arm.calibration",
+    "CameraCalibration": "calib.camera.fit",
     "Diagnosis": "calib.diagnosis.diagnosis",
     **dict.fromkeys(("Bench", "BenchDescription", "Frame"), "models.bench"),
     **dict.fromkeys(("ArmtwinError", "InputError", "JobError", "RecordingError"), "models.errors"),
@@ -69,7 +74,9 @@ _PLACES = {
     "WantedPath": "models.wanted_path",
     "Correction": "scenarios.twins.correction",
     **dict.fromkeys(("calibrate", "diagnose", "open_bench", "read_recording", "read_twin", "run"), "scenarios.public"),
-    **dict.fromkeys(("correct", "export_mjcf", "export_urdf", "simulate"), "scenarios.public"),
+    **dict.fromkeys(
+        ("calibrate_camera", "correct", "export_mjcf", "export_urdf", "simulate", "twin_of"), "scenarios.public"
+    ),
     "RunData": "scenarios.report.data",
 }
 
@@ -78,6 +85,7 @@ __all__ = [
     "ArmtwinError",
     "Bench",
     "BenchDescription",
+    "CameraCalibration",
     "Correction",
     "Diagnosis",
     "Frame",
@@ -92,6 +100,7 @@ __all__ = [
     "Twin",
     "WantedPath",
     "calibrate",
+    "calibrate_camera",
     "correct",
     "diagnose",
     "export_mjcf",
@@ -104,6 +113,7 @@ __all__ = [
     "read_twin",
     "run",
     "simulate",
+    "twin_of",
     "write_import",
 ]
 

@@ -9,6 +9,9 @@ from typing import Literal
 
 from armtwin.calib.arm import algorithm_1, least_squares
 from armtwin.calib.arm.calibration import ArmCalibration
+from armtwin.calib.camera.board import Board
+from armtwin.calib.camera.fit import CameraCalibration
+from armtwin.calib.camera.images import find_images
 from armtwin.calib.diagnosis import diagnosis
 from armtwin.models import twin
 from armtwin.models.bench import Bench
@@ -20,6 +23,8 @@ from armtwin.models.twin import Twin
 from armtwin.models.wanted_path import WantedPath, wanted_path
 from armtwin.scenarios.benches import door
 from armtwin.scenarios.benches.spec import bench_spec
+from armtwin.scenarios.camera_calibration.job import AUTOMATIC, calibrate_views, check_model, collect
+from armtwin.scenarios.diagnosis import findings
 from armtwin.scenarios.diagnosis.measured import measured
 from armtwin.scenarios.plans import load_plan
 from armtwin.scenarios.report.data import RunData
@@ -72,6 +77,24 @@ def run(scenario: PathLike, out: PathLike, *, workers: Literal[1, 2] = 2, quiet:
 def read_twin(path: PathLike) -> Twin:
     """Read a twin file (`twin.toml`, as `diagnose` writes it from the command line); raises `InputError`."""
     return twin.read_twin(Path(path))
+
+
+def twin_of(found: diagnosis.Diagnosis) -> Twin:
+    """Return the extended twin that a diagnosis found: the calibrated arm with every effect of the final model."""
+    return findings.twin_of(found)
+
+
+def calibrate_camera(
+    photographs: Sequence[PathLike], *, board: str = "9x6", square_mm: float = 25.0, model: str = AUTOMATIC
+) -> CameraCalibration:
+    """Calibrate a camera from photographs (files, folders, patterns) of a chessboard of `board` inner corners.
+
+    `model` is one of the command's `--model`. Raises `InputError` where the photographs say too little.
+    """
+    images = find_images([Path(photograph) for photograph in photographs])
+    check_model(model)
+    seen = collect(images, Board.parse(board, square_mm), window_px=0)
+    return calibrate_views(seen, images, model=model).calibration
 
 
 def export_mjcf(twin: Twin, path: PathLike) -> Held:

@@ -41,6 +41,23 @@ def test_a_recording_is_read_calibrated_and_diagnosed(tmp_path: Path) -> None:
     assert armtwin.diagnose(read).verdict == "none"
 
 
+def test_the_example_of_the_module_runs_as_it_stands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    write_recording(tmp_path / "recordings" / "first", recording())
+    (tmp_path / "path.csv").write_text("x_mm,y_mm\n-150,40\n-140,45\n")
+    monkeypatch.chdir(tmp_path)
+    lines = [line[4:] for line in (armtwin.__doc__ or "").splitlines() if not line or line.startswith("    ")]
+    names: dict[str, object] = {"q_cmd_rad": np.array([0.1, 0.0, -0.1])}
+    exec("\n".join(lines), names)
+    assert getattr(names["found"], "verdict") == "none"  # noqa: B009
+    assert (tmp_path / "arm.xml").is_file()
+    assert names["frame"].image.shape == (720, 1280, 3)  # type: ignore[attr-defined]
+
+
+def test_a_camera_is_calibrated_from_photographs_or_says_why_not(tmp_path: Path) -> None:
+    with pytest.raises(armtwin.InputError):
+        armtwin.calibrate_camera([tmp_path])
+
+
 def test_a_mistake_is_one_of_its_errors(tmp_path: Path) -> None:
     with pytest.raises(armtwin.RecordingError, match="no such folder"):
         armtwin.read_recording(tmp_path / "nowhere")

@@ -47,6 +47,7 @@ def read_mcap(path: Path, state: str | None = None, command: str | None = None) 
     Raises `InputError` where topics are missing, cannot be told apart or have other joints, `JobError` where the
     library is not installed.
     """
+    path = _file_of(path)
     topics = _topics(path)
     controllers = [name for name, kind in topics.items() if kind == _CONTROLLER]
     if state is None and command is None and len(controllers) == 1:
@@ -84,6 +85,16 @@ def read_mcap(path: Path, state: str | None = None, command: str | None = None) 
         ),
         path.name,
     )
+
+
+def _file_of(path: Path) -> Path:
+    """Return the bag's file; a bag that `ros2 bag record` made is a folder with it and metadata.yaml."""
+    if not path.is_dir():
+        return path
+    files = sorted(path.glob("*.mcap"))
+    if len(files) != 1:
+        raise InputError(f"{path}: {len(files)} .mcap files in the folder, one is wanted; name one of them")
+    return files[0]
 
 
 def _from_controller(path: Path, topic: str) -> JointLog:

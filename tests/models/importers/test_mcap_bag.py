@@ -74,6 +74,14 @@ def test_states_and_commands_are_joined_by_name_and_by_time(tmp_path: Path) -> N
     assert "commanded: /commands (std_msgs/msg/Float64MultiArray)" in log.notes
 
 
+def test_the_folder_of_a_bag_stands_for_the_file_in_it(tmp_path: Path) -> None:
+    write_states(tmp_path / "run_0.mcap")
+    assert len(read_mcap(tmp_path)) == N - 3
+    write_states(tmp_path / "run_1.mcap")
+    with pytest.raises(InputError, match=r"2 \.mcap files in the folder"):
+        read_mcap(tmp_path)
+
+
 def test_a_controllers_state_holds_both(tmp_path: Path) -> None:
     path = tmp_path / "bag.mcap"
     with path.open("wb") as stream:
