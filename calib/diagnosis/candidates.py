@@ -12,7 +12,7 @@ from armtwin.calib.diagnosis.fit import Data, Fit, evaluate, fit
 from armtwin.calib.diagnosis.repairs import find_explained
 from armtwin.calib.diagnosis.screen import Screen, best_start
 from armtwin.models.catalogue.predict import Active
-from armtwin.models.catalogue.registry import Effect, Site, Stage, catalogue
+from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage, catalogue
 
 Array = NDArray[np.float64]
 
@@ -70,7 +70,30 @@ def fit_candidates(data: Data, base: Fit, pairs: Sequence[tuple[Effect, Site]]) 
     for _, active, starts in screened[:_FULL_FITS]:
         result = _polished(data, fit(data, base.g, (*base.effects, active)))
         fitted.append(CandidateModel(result.effects[-1], result, _complexity(data, result.effects[-1], starts)))
-    return sorted(fitted, key=lambda candidate: candidate.score)
+    fitted.sort(key=lambda candidate: candidate.score)
+    return _best_refined(data, base, fitted)
+
+
+def _best_refined(data: Data, base: Fit, fitted: list[CandidateModel]) -> list[CandidateModel]:
+    """Return candidates, best first, of which the best was scanned again beside what has been fitted with it."""
+    if not fitted or fitted[0].active.effect.screen is not None:
+        return fitted
+    best = fitted[0]
+    context, active = data.problem.context, best.active
+    around = [Active(active.effect, active.site, v) for v in active.effect.starts(context, active.site, active.values)]
+    start = best_start(
+        Screen(data, evaluate(data, best.fit.g, best.fit.effects[:-1], _parameters(data, best.fit))), around
+    )
+    if start is None:
+        return fitted
+    again = fit(data, best.fit.g, (*best.fit.effects[:-1], start[1]))
+    if again.deviance > best.fit.deviance - _WORTH_A_LOOK:
+        return fitted
+    return [CandidateModel(again.effects[-1], again, best.complexity), *fitted[1:]]
+
+
+def _parameters(data: Data, model: Fit) -> list[tuple[Parameter, ...]]:
+    return [one.effect.parameters(data.problem.context, one.site) for one in model.effects[:-1]]
 
 
 def fit_without(data: Data, model: Fit, active: Active) -> Fit:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from armtwin.calib.diagnosis.candidates import CandidateModel, candidate_sites, candidates, fit_without
+from armtwin.calib.diagnosis.candidates import CandidateModel, candidate_sites, candidates, fit_candidates, fit_without
 from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom, excess_of, fit
 from armtwin.calib.diagnosis.noise import estimate_noise, least_noise, robust_std
 from armtwin.calib.diagnosis.problem import Problem
@@ -232,7 +232,7 @@ def _weighs(data: Data, model: Fit, without: Fit, g: Array) -> bool:
 def _needed(data: Data, model: Fit) -> Fit:
     """Return the model without the causes that no longer weigh once the others, and the repairs, have settled."""
     while model.effects:
-        without = [fit_without(data, model, active) for active in model.effects]
+        without = [_least_without(data, model, active) for active in model.effects]
         least = min(without, key=lambda rest: float(rest.misfit.sum()))
         gain = float(least.misfit.sum() - model.misfit.sum())
         if least.effects:
@@ -244,6 +244,17 @@ def _needed(data: Data, model: Fit) -> Fit:
             break
         model = least
     return model
+
+
+def _least_without(data: Data, model: Fit, active: Active) -> Fit:
+    """Return the model without one of its effects; another one at the same joint may have a form that does for both."""
+    best = fit_without(data, model, active)
+    for other in best.effects:
+        if other.site.joint is not None and other.site == active.site:
+            rest = fit(data, best.g, tuple(one for one in best.effects if one.key != other.key))
+            found = fit_candidates(data, rest, [(other.effect, other.site)])
+            best = min([best, *(candidate.fit for candidate in found)], key=lambda one: one.deviance)
+    return best
 
 
 def _explanation(

@@ -12,6 +12,9 @@ Array = NDArray[np.float64]
 # What a further jump has to take off N log(variance): four times the logarithm of a recording's rows.
 _BEYOND_CHANCE = 30.0
 _ROUNDS = 8
+# A joint that stands elsewhere for fewer rows than this, or than one in so many, did not slip there and back.
+_LEAST_ROWS = 4
+_ONE_IN = 40
 
 
 def jumps(values: Array, weights: Array, most: int) -> list[tuple[int, float]]:
@@ -50,14 +53,16 @@ def _settled(y: Array, w: Array, cuts: list[int]) -> list[int]:
 def _best_cut(y: Array, w: Array, cuts: list[int]) -> int:
     """Row at which one more cut lowers the weighted sum of squares most."""
     edges = [0, *sorted(cuts), len(y)]
-    best, row = -1.0, 1
+    run = max(_LEAST_ROWS, len(y) // _ONE_IN)
+    best, row = -1.0, run
     for low, high in itertools.pairwise(edges):
-        if high - low < 2:
+        if high - low < 2 * run:
             continue
         mass = np.cumsum(w[low:high])
         moment = np.cumsum(w[low:high] * y[low:high])
         a, b = mass[:-1], mass[-1] - mass[:-1]
         between = a * b / mass[-1] * (moment[:-1] / a - (moment[-1] - moment[:-1]) / b) ** 2
+        between[: run - 1], between[len(between) - run + 1 :] = -1.0, -1.0
         k = int(np.argmax(between))
         if between[k] > best:
             best, row = float(between[k]), low + k + 1

@@ -1,7 +1,15 @@
-"""The servo ignores a command change smaller than a threshold and stays where it was."""
+"""The servo ignores a command change smaller than a threshold and stays where it was.
+
+Known forms: a control board that leaves the motor off within a band (hobby servos' data sheets: 1 to 10 us) and
+drives all the way once it drives; one whose motor stops somewhat short, since the last of the way is within the band;
+one that stops as soon as the band's edge is reached, which moves exactly as play does. Covered: any threshold, and
+stopping short by up to half of it. Named otherwise: a servo that stops at the edge is told as `backlash`, from which no
+recording tells it. Not covered: a band that depends on the load (`unknown` where it varies by more than some steps).
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -27,32 +35,46 @@ _MOST_PLATEAUS = 200
 
 
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
-    """Angles of a servo that moves only when the command leaves it by at least `threshold_rad`."""
+    """Angles of a servo that moves only when the command leaves it by at least `threshold_rad`, and may stop short."""
     assert site.joint is not None
     out = q.copy()
-    out[:, site.joint - 1] = _held(q[:, site.joint - 1], float(values[0]))
+    out[:, site.joint - 1] = _held(q[:, site.joint - 1], float(values[0]), float(values[1]))
     return out
 
 
-def _held(path: Array, threshold: float) -> Array:
-    """(N,) angles that a servo holds along a path of commands."""
+def _held(path: Array, threshold: float, stops_short: float = 0.0) -> Array:
+    """(N,) angles that a servo holds along a path of commands; it stops short by a share of the threshold."""
     out = np.empty_like(path)
     held = float(path[0])
     for row, angle in enumerate(path.tolist()):
         if abs(angle - held) >= threshold:
-            held = angle
+            held = angle - math.copysign(stops_short * threshold, angle - held)
         out[row] = held
     return out
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
-    return (Parameter("threshold_rad", (0.0, _WIDEST_RAD), 0.03, scanned=True),)
+    return (
+        Parameter("threshold_rad", (0.0, _WIDEST_RAD), 0.03, scanned=True),
+        Parameter("stops_short", (0.0, 0.5), 0.2),
+    )
+
+
+def complexity(context: Context, values: Array) -> float:
+    """Twice the logarithm of the thresholds that tell commands apart, and the rows' for stopping short."""
+    return (2.0 + (values[1] > _SHORT)) * float(np.log(len(context)))
+
+
+# Of the threshold: less is not worth a number.
+_SHORT = 0.005
 
 
 def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
     assert site.joint is not None
     if around is not None:
-        return _plateaus(context.q_cmd[:, site.joint - 1], float(around[0]) / _RATIO, float(around[0]) * _RATIO)
+        return _plateaus(
+            context.q_cmd[:, site.joint - 1], float(around[0]) / _RATIO, float(around[0]) * _RATIO, float(around[1])
+        )
     path = context.q_cmd[:, site.joint - 1]
     moves = np.abs(np.diff(path))
     moves = moves[(moves > _LEAST_RAD) & (moves < _WIDEST_RAD)]
@@ -70,18 +92,20 @@ def _told_apart(path: Array, thresholds: Array) -> list[Array]:
     for threshold in thresholds:
         held = _held(path, float(threshold))
         if last is None or not np.array_equal(held, last):
-            kept.append(np.array([threshold]))
+            kept.append(np.array([threshold, 0.0]))
         last = held
     return kept
 
 
-def _plateaus(path: Array, low: float, high: float) -> list[Array]:
+def _plateaus(path: Array, low: float, high: float, stops_short: float) -> list[Array]:
     """List one threshold for each set of commands of (N,) that thresholds from `low` to `high` ignore."""
     middles: list[Array] = []
     while low < high and len(middles) < _MOST_PLATEAUS:
-        changes = np.abs(path[1:] - _held(path, low)[:-1])  # of each command from where the servo stands then
+        changes = np.abs(
+            path[1:] - _held(path, low, stops_short)[:-1]
+        )  # of each command from where the servo stands then
         top = min(float(changes[changes >= low].min(initial=np.inf)), high)
-        middles.append(np.array([0.5 * (low + top)]))
+        middles.append(np.array([0.5 * (low + top), stops_short]))
         low = float(np.nextafter(top, np.inf))
     return middles
 
@@ -92,18 +116,23 @@ def _plateaus(path: Array, low: float, high: float) -> list[Array]:
 def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Give the servo of `joint` a control board that leaves the motor off for changes below `threshold_rad`.
 
-    The board compares the pulse with the angle it holds; once it drives, it drives all the way.
+    The board compares the pulse with the angle it holds; once it drives, it drives until the rest of the way is the
+    share `stops_short` of the threshold.
     """
     index = joint_index(world, site)
     threshold = float(parameters["threshold_rad"])
+    rest = float(parameters["stops_short"]) * threshold
 
     def board() -> Electronics:
         held: float | None = None  # switched on by the first pulse
 
         def receive(command: Command) -> NDArray[np.float64]:
             nonlocal held
-            if held is None or abs(command.q[index] - held) >= threshold:
-                held = float(command.q[index])
+            wanted = float(command.q[index])
+            if held is None:
+                held = wanted
+            elif abs(wanted - held) >= threshold:
+                held = wanted - rest if wanted > held else wanted + rest
             q = command.q.copy()
             q[index] = held
             return q
@@ -127,10 +156,11 @@ EFFECT = Effect(
     term=term,
     starts=_starts,
     injector=inject,
-    injected=(Injected("threshold_rad", (0.0, 1.0)),),
+    injected=(Injected("threshold_rad", (0.0, 1.0)), Injected("stops_short", (0.0, 1.0), 0.0)),
     confused_with=("backlash", "quantization", "missed_command"),
     experiment="steps of this joint that grow from far below to far above the threshold, in both directions",
     plans=("reversal", "growing_steps"),
+    complexity=complexity,
     needs_return=True,
     sealed=sealed.Sealing(_hide),
 )

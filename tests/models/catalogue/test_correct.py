@@ -60,7 +60,7 @@ def test_play_is_taken_up_from_the_side_of_approach() -> None:
 
 
 def test_what_a_dead_band_swallows_is_said() -> None:
-    stuck = [Active(effect_named("dead_band"), Site(joint=2), np.array([0.05]))]
+    stuck = [Active(effect_named("dead_band"), Site(joint=2), np.array([0.05, 0.0]))]
     assert corrected_commands(context_of(timed=False), BUILT, stuck, LINE).missed_rad.max() > 1e-3
 
 

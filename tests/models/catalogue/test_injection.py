@@ -42,7 +42,7 @@ OF_THE_RECORDING = {
     ("settling_lag", "until_next_command"),
 }
 # The same thing in other numbers: see their tests.
-OTHERWISE_STATED = {"servo_nonlinearity", "joint_slip", "settling_lag"}
+OTHERWISE_STATED = {"servo_nonlinearity", "joint_slip", "settling_lag", "thermal_drift"}
 
 
 def complete(parameters: dict[str, Any], arm: Arm = ARM, n_poses: int | None = 10) -> dict[str, Any]:

@@ -55,3 +55,9 @@ def test_every_threshold_is_looked_at_to_four_percent_unless_it_ignores_what_a_s
         smaller = starts[starts <= threshold].max()
         next_looked_at = starts[starts >= threshold].min()
         assert next_looked_at <= 1.0401 * threshold or np.array_equal(held(path, threshold), held(path, smaller))
+
+
+def test_a_motor_that_stops_short_leaves_a_share_of_the_threshold_on_the_side_it_came_from() -> None:
+    path = [0.0, 0.1, 0.13, 0.0]
+    out = turned("dead_band", context_of(one_joint(1, path)), [0.05, 0.2], joint=1)[:, 0]
+    np.testing.assert_allclose(out, [0.0, 0.09, 0.09, 0.01])

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from armtwin.models.catalogue.registry import Site, effect_named
 from tests.support.contexts import context_of, one_joint, turned
 
 
@@ -29,3 +30,24 @@ def test_where_no_time_was_recorded_a_pose_counts_as_a_second() -> None:
     timed = context_of(one_joint(1, np.zeros(30)), time_s=np.arange(30.0))
     untimed = context_of(one_joint(1, np.zeros(30)), timed=False)
     np.testing.assert_array_equal(*(turned("thermal_drift", c, [0.02, 9.0], joint=1) for c in (timed, untimed)))
+
+
+def test_a_winding_and_a_case_creep_at_their_own_pace() -> None:
+    context = context_of(one_joint(1, np.zeros(3)), time_s=np.array([0.0, 20.0, 1e4]))
+    creep = turned("thermal_drift", context, [0.02, 2.0, 0.05, 400.0, 1.0], joint=1)[:, 0]
+    np.testing.assert_allclose(creep[1], 0.02 + 0.05 * (1.0 - np.exp(-0.05)), atol=1e-5)
+    np.testing.assert_allclose(creep[2], 0.07, atol=1e-5)
+
+
+def test_a_zero_follows_the_temperature_that_was_recorded_up_and_down() -> None:
+    celsius = np.array([20.0, np.nan, 26.0, 22.0])
+    context = context_of(one_joint(1, np.zeros(4)), temperature_c=celsius)
+    parameters = effect_named("thermal_drift").parameters(context, Site(joint=1))
+    assert [parameter.name for parameter in parameters][-1] == "per_kelvin_rad"
+    creep = turned("thermal_drift", context, [0.0, 9.0, 0.0, 9.0, 0.0, 0.01], joint=1)[:, 0]
+    np.testing.assert_allclose(creep, [0.0, 0.03, 0.06, 0.02])
+
+
+def test_a_temperature_that_hardly_changes_is_no_parameter() -> None:
+    context = context_of(one_joint(1, np.zeros(3)), temperature_c=np.array([20.0, 20.2, 20.1]))
+    assert len(effect_named("thermal_drift").parameters(context, Site(joint=1))) == 5
