@@ -143,8 +143,9 @@ def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
 
 
 def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
-    """Draw how it is hidden in a sealed world."""
-    return sealed.Hidden(lambda a: {"threshold_rad": a}, 0.02, 0.15, sealed.any_joint(rng, s))
+    """Draw a threshold; some servos stop short of their command."""
+    short = float(rng.uniform(0.05, 0.4)) if rng.random() < 0.4 else 0.0
+    return sealed.Hidden(lambda a: {"threshold_rad": a, "stops_short": short}, 0.02, 0.15, sealed.any_joint(rng, s))
 
 
 EFFECT = Effect(
