@@ -50,7 +50,10 @@ def _described(effect: Effect, context: Context) -> dict[str, Any]:
         "stage": effect.stage.name.lower(),
         "parameters": [_parameter(one) for one in effect.parameters(context, site)],
         "injected": [
-            {"name": one.name, "unit": unit_of(one.name), "bounds": _bounds(one.bounds), "default": one.default}
+            {
+                **{"name": one.name, "unit": unit_of(one.name), "kind": one.kind},
+                **{"bounds": _bounds(one.bounds), "default": one.default},
+            }
             for one in taken_by(effect.injected, context.arm).values()
         ],
         "confused_with": list(effect.confused_with),
@@ -75,6 +78,7 @@ def unit_of(name: str) -> str:
         "nm": "N m",
         "s": "s",
         "sample": "sample",
+        "per_turn": "1/turn",
     }
     return next((unit for ending, unit in units.items() if name.endswith(f"_{ending}")), "")
 
@@ -101,13 +105,31 @@ def as_markdown(effects: list[dict[str, Any]]) -> str:
             f"{_sentence(effect['summary'])} It sits at: {effect['where']}.",
             "",
         ]
-        parts += ["| parameter | unit | least | most |", "|---|---|---|---|"]
+        if effect["parameters"]:
+            parts += ["| parameter | unit | least | most |", "|---|---|---|---|"]
+        else:
+            parts += ["It has no parameters of its own: it is found sample by sample."]
         for one in effect["parameters"]:
             low, high = one["bounds"] or ("", "")
             parts.append(f"| `{one['name']}` | {one['unit'] or '1'} | {_number(low)} | {_number(high)} |")
+        parts += ["", f"In a scenario or a twin: {injected_words(effect)}."]
         taken = ", ".join(f"`{name}`" for name in effect["confused_with"]) or "nothing"
         parts += ["", f"Taken for: {taken}.", "", f"Told apart by: {_sentence(effect['experiment'])}"]
     return "\n".join(parts) + "\n"
+
+
+def injected_words(effect: dict[str, Any]) -> str:
+    """Return what scenario and twin files state of an effect, in a line."""
+    words = []
+    for one in effect["injected"]:
+        unit = f" in {one['unit']}" if one["unit"] and one["unit"] != "sample" else ""
+        range_ = f" from {one['bounds'][0]:.4g} to {one['bounds'][1]:.4g}{unit}" if one["bounds"] else ""
+        default = "" if one["default"] is None else f" ({one['default']:g} if left out)"
+        words.append(f"{one['name']}, a {one['kind']}{range_}{default}")
+    return (
+        "; ".join(words).replace("a samples", "a list of samples").replace("a whole", "a whole number")
+        or "nothing more"
+    )
 
 
 def _sentence(text: str) -> str:

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from armtwin.models.catalogue.reference import as_markdown, reference
+from armtwin.models.catalogue.reference import as_markdown, injected_words, reference
 from armtwin.models.catalogue.registry import effect_named, register_file
 from armtwin.models.errors import InputError
 
@@ -58,6 +58,8 @@ def _print_one(console: Console, effect: dict[str, Any]) -> None:
     for one in effect["parameters"]:
         low, high = one["bounds"] or ("", "")
         table.add_row(one["name"], one["unit"] or "1", f"{low:.4g}", f"{high:.4g}")
-    console.print(table)
+    if effect["parameters"]:
+        console.print(table)
+    console.print(f"in a scenario or a twin: {injected_words(effect)}", markup=False)
     console.print(f"taken for: {', '.join(effect['confused_with']) or 'nothing'}")
     console.print(f"told apart by: {effect['experiment']}")

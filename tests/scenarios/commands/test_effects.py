@@ -34,6 +34,11 @@ def test_one_effect_is_shown_with_its_units_and_what_it_is_taken_for(capsys: pyt
     assert "told apart by: fine steps" in text
 
 
+def test_an_effect_of_single_samples_says_what_a_scenario_states_of_it(capsys: pytest.CaptureFixture[str]) -> None:
+    text = " ".join(said(["marker_swap"], capsys).split())
+    assert "in a scenario or a twin: other, a marker; samples, a list of samples" in text
+
+
 def test_the_page_has_a_heading_for_every_effect(capsys: pytest.CaptureFixture[str]) -> None:
     page = said(["--markdown"], capsys)
     assert [line[3:] for line in page.splitlines() if line.startswith("## ")] == sorted(catalogue())
