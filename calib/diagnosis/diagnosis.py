@@ -30,7 +30,7 @@ Bool = NDArray[np.bool_]
 Verdict = Literal["none", "named", "ambiguous", "unknown"]
 
 # What hides well below the declared noise may follow anything: the declaration says that it does not matter.
-_HEARD = 0.5
+_HEARD = 0.95
 # No term has exactly the world's form, but a model that leaves more than this share of what there was to explain has
 # not found the cause; nor has one that leaves a lesser share that follows something, or a still lesser one, well above
 # the noise, that plainly does.
