@@ -126,10 +126,8 @@ def injected_words(effect: dict[str, Any]) -> str:
         range_ = f" from {one['bounds'][0]:.4g} to {one['bounds'][1]:.4g}{unit}" if one["bounds"] else ""
         default = "" if one["default"] is None else f" ({one['default']:g} if left out)"
         words.append(f"{one['name']}, a {one['kind']}{range_}{default}")
-    return (
-        "; ".join(words).replace("a samples", "a list of samples").replace("a whole", "a whole number")
-        or "nothing more"
-    )
+    said = "; ".join(words) or "nothing more"
+    return said.replace("a samples", "a list of samples").replace("a whole", "a whole number")
 
 
 def _sentence(text: str) -> str:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any
 
+import numpy as np
+
 from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.twin import Twin, TwinEffect, rebuild
 from armtwin.models.world import World
@@ -89,4 +91,7 @@ def label(effect: TwinEffect) -> str:
 
 def _differs(one: World, other: World, name: str) -> bool:
     assert name in {field.name for field in fields(World)}
-    return getattr(one, name) is not getattr(other, name) and bool(getattr(one, name) != getattr(other, name))
+    first, second = getattr(one, name), getattr(other, name)
+    if isinstance(first, np.ndarray):
+        return not np.array_equal(first, second)
+    return first is not second and bool(first != second)

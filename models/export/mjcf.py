@@ -38,10 +38,11 @@ def mjcf_spec(twin: Twin) -> tuple[mujoco.MjSpec, Held]:
     for effect in held.held:
         if effect.effect in _AS_GEAR:
             _gear(spec, effect)
-    if world.relieved and np.any(world.arm.gravity_m_s2):
+    balanced = bool(world.relieved) and bool(np.any(world.arm.gravity_m_s2))
+    if balanced:
         _balance(spec)
     _let_happen(spec, world)
-    spec.comment = _comment(held)
+    spec.comment = _comment(held, balanced)
     return spec, held
 
 
@@ -110,11 +111,15 @@ def _let_happen(spec: mujoco.MjSpec, world: World) -> None:
     spec.copy_back(model)
 
 
-def _comment(held: Held) -> str:
+def _comment(held: Held, balanced: bool) -> str:
     lines = [
         "A twin measured and exported by armtwin, as it stood at the end of its recording. Actuator servoN takes the",
         "command of joint N in rad. The servos are so stiff that no load moves them: what gives, gives behind them.",
     ]
+    if balanced:
+        lines.append(
+            "The arm's weight is balanced (gravcomp), as friction is measured on the bench: nothing sags by it."
+        )
     lines += [f"holds {label(effect)}: {dict(effect.parameters)}" for effect in held.held]
     lines += [
         f"does not hold {label(one.effect)}, which {one.why}: {dict(one.effect.parameters)}" for one in held.not_held
