@@ -235,6 +235,20 @@ def _comma_hint(names: list[str], row: list[str]) -> str:
     return "; if these are decimal commas, save it with semicolons between cells" if len(row) > len(names) else ""
 
 
+def remedy(text: str) -> str:
+    """Return what to do about a cell that is meant as a number and is none, as the end of a sentence, or nothing."""
+    text = text.strip()
+    if re.fullmatch(r"(\d+:)+\d+([.,]\d+)?", text) or re.match(r"\d{4}-\d\d-\d\d", text):
+        return "; write seconds from the start, not the time of day"
+    if re.fullmatch(r"[+-]?[\d.,]+\s*[^\d\s.,:]{1,8}", text):
+        return "; leave the unit out of the cells, the column's name says it"
+    if re.fullmatch(r"[+-]?\d{1,3}([\s'’]\d{3})+([.,]\d+)?", text):
+        return "; leave out what separates thousands"
+    if text.lower() in ("na", "n/a", "#n/a", "null", "none", "-", "--"):
+        return "; leave the cell empty where nothing was measured"
+    return ""
+
+
 def finite(table: CsvTable, row: int, column: str) -> float:
     """Return a cell's number; raises `InputError` where it is none or not finite."""
     try:
@@ -242,5 +256,6 @@ def finite(table: CsvTable, row: int, column: str) -> float:
     except ValueError:
         value = math.nan
     if not np.isfinite(value):
-        raise InputError(f"{table.at(row, column)}: '{table.text(row, column)[:40]}' is no finite number")
+        text = table.text(row, column)
+        raise InputError(f"{table.at(row, column)}: '{text[:40]}' is no finite number{remedy(text)}")
     return value

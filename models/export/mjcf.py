@@ -117,9 +117,7 @@ def _comment(held: Held, balanced: bool) -> str:
         "command of joint N in rad. The servos are so stiff that no load moves them: what gives, gives behind them.",
     ]
     if balanced:
-        lines.append(
-            "The arm's weight is balanced (gravcomp), as friction is measured on the bench: nothing sags by it."
-        )
+        lines.append("The arm's weight is balanced (gravcomp): nothing sags by it.")
     lines += [f"holds {label(effect)}: {dict(effect.parameters)}" for effect in held.held]
     lines += [
         f"does not hold {label(one.effect)}, which {one.why}: {dict(one.effect.parameters)}" for one in held.not_held

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.arm import Arm
-from armtwin.models.csv_table import CsvTable
+from armtwin.models.csv_table import CsvTable, remedy
 from armtwin.models.errors import RecordingError
 from armtwin.models.validation import CameraTable, short
 
@@ -41,7 +41,7 @@ class Table:
             try:
                 out[row] = self._cells.number(row, name)
             except ValueError:
-                raise RecordingError(f"{self._at(row, name)}: '{text[:40]}' is no number") from None
+                raise RecordingError(f"{self._at(row, name)}: '{text[:40]}' is no number{remedy(text)}") from None
             if abs(out[row]) > _LARGEST and math.isfinite(out[row]):
                 raise RecordingError(f"{self._at(row, name)}: '{text[:40]}' is beyond {_LARGEST:g}")
             if not math.isfinite(out[row]):

@@ -1,9 +1,13 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from armtwin.calib.arm.evaluation import joint_error_rms, tip_distances, tip_error
+from armtwin.calib.arm.evaluation import drawn_base_mm, joint_error_rms, tip_distances, tip_error
+from armtwin.calib.diagnosis.problem import problem_of
 from armtwin.models.errors import InputError
 from armtwin.models.kinematics import forward
+from tests.support.recordings import recording
 
 BASE = np.array([-35.0, -20.0, -80.87])
 
@@ -40,3 +44,12 @@ def test_a_tip_never_seen_is_refused(simulate):
 
 def test_without_measured_angles_there_is_no_joint_error(simulate):
     assert np.isnan(joint_error_rms(simulate(), np.arange(10)))
+
+
+def test_the_drawings_arm_stands_where_the_diagnosis_puts_it() -> None:
+    """What is measured "by the drawing" is one thing in both commands."""
+    for without_base in (False, True):
+        made = recording()
+        if without_base:
+            made = replace(made, markers_px={name: px for name, px in made.markers_px.items() if name != "a"})
+        np.testing.assert_allclose(drawn_base_mm(made), problem_of(made).base_in_board_mm, atol=1e-9)

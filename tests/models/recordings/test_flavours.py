@@ -54,3 +54,20 @@ def test_degrees_are_read_as_such(tmp_path: Path) -> None:
 def test_degrees_in_a_column_of_radians_are_refused_with_both_remedies(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match=r"name the column theta1_meas_deg, or multiply by pi/180"):
         read(tmp_path, DEGREES.replace("_deg", "_rad").encode())
+
+
+@pytest.mark.parametrize(
+    ("cell", "said"),
+    [
+        ("12:30:05.5", "write seconds from the start"),
+        ("2026-01-01 12:30", "write seconds from the start"),
+        ("0.5 rad", "leave the unit out of the cells"),
+        ("30°", "leave the unit out of the cells"),
+        ("1 234.5", "leave out what separates thousands"),
+        ("#N/A", "leave the cell empty"),
+    ],
+)
+def test_a_cell_that_is_nearly_a_number_is_refused_with_what_to_do(tmp_path: Path, cell: str, said: str) -> None:
+    with pytest.raises(RecordingError, match=said) as error:
+        read(tmp_path, PLAIN.replace("3,,sweep", f"3,{cell},sweep").encode())
+    assert f"line 5, column 'time_s': '{cell}' is no number" in str(error.value)
