@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import string
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from armtwin.models.arm_form import STRAIGHT, Form, form_named
 from armtwin.models.toml_reader import read_toml
 from armtwin.models.validation import ArmFile, ArmTable, check
 
@@ -16,20 +16,18 @@ Array = NDArray[np.float64]
 
 NOMINAL = Path(__file__).parent / "nominal"
 
-# Markers of the paper's Figure 1; E is the corner between l4 and l5, on the same rigid body as C and F.
-_PLANAR3_MARKERS = ("a", "b", "c", "e", "f")
-
 
 @dataclass(frozen=True, eq=False)
 class Arm:
     """A serial arm of n planar joints.
 
     Attributes:
-        name: "planar3" for the paper's arm; any other name is a plain chain.
-        link_lengths_mm: (n,) mm; planar3 has a fourth entry, its l5, square to l4 at the tip.
+        name: what its file calls it.
+        link_lengths_mm: (n,) mm, base first; with a tip offset (n + 1,), the offset last.
         gravity_m_s2: (2,) in the robot frame; zero for an arm that lies flat.
         link_masses_kg: (n,) or None where not known.
         tip_mass_kg: mass at the tip, or None where not known.
+        form: zero pose, tip offset and markers.
 
     """
 
@@ -38,31 +36,54 @@ class Arm:
     gravity_m_s2: Array
     link_masses_kg: Array | None = None
     tip_mass_kg: float | None = None
+    form: Form = STRAIGHT
 
     @property
-    def is_planar3(self) -> bool:
-        """Whether this is the paper's arm, with the bent last link l4, l5."""
-        return self.name == "planar3"
+    def has_tip_offset(self) -> bool:
+        """Whether the last length stands square to the last link, at its end."""
+        return self.form.tip_offset
 
     @property
     def n_joints(self) -> int:
         """Number of joints."""
-        return len(self.link_lengths_mm) - (1 if self.is_planar3 else 0)
+        return self.form.joints_of(len(self.link_lengths_mm))
 
     @property
     def zero_pose_rad(self) -> Array:
-        """(n,) angle of each link against its predecessor at q = 0: a quarter turn each for planar3 (Table 1)."""
-        return np.full(self.n_joints, np.pi / 2 if self.is_planar3 else 0.0)
+        """(n,) angle of each link against its predecessor at q = 0."""
+        return np.full(self.n_joints, self.form.zero_turn_rad)
+
+    @property
+    def length_numbers(self) -> tuple[int, ...]:
+        """The numbers by which people know the lengths."""
+        return self.form.length_numbers(len(self.link_lengths_mm))
+
+    @property
+    def link_names(self) -> tuple[str, ...]:
+        """The n links by their lengths: l1, l2, ...; one with a tip offset bears both numbers (l45)."""
+        names = [str(number) for number in self.length_numbers]
+        if self.has_tip_offset:
+            names[-2:] = ["".join(names[-2:])]
+        return tuple(f"l{name}" for name in names)
 
     @property
     def marker_names(self) -> tuple[str, ...]:
-        """The markers on the axes and the tip, base first: a, b, c, f for planar3; one letter an axis otherwise."""
-        return ("a", "b", "c", "f") if self.is_planar3 else tuple(string.ascii_lowercase[: self.n_joints + 1])
+        """The (n + 1) markers on the axes and the tip, base first."""
+        return self.form.marker_names(self.n_joints)
 
     @property
     def known_markers(self) -> tuple[str, ...]:
-        """Every marker that a recording of this arm may hold; planar3 may also show E, the corner of its last link."""
-        return _PLANAR3_MARKERS if self.is_planar3 else self.marker_names
+        """Every marker that a recording may hold: on the axes, the tip, and maybe the last link's corner."""
+        corner = () if self.form.corner is None else (self.form.corner,)
+        return tuple(sorted((*self.marker_names, *corner)))
+
+    def is_corner(self, marker: str) -> bool:
+        """Whether `marker` sits where the tip offset begins instead of at the end of its link."""
+        return marker == self.form.corner
+
+    def links_to(self, marker: str) -> int:
+        """Return on how many links the place of `marker` depends: 0 on the base, n at the tip and at its corner."""
+        return self.n_joints if self.is_corner(marker) else self.marker_names.index(marker)
 
 
 def nominal_arm() -> Arm:
@@ -90,4 +111,5 @@ def arm_from_table(arm: ArmTable) -> Arm:
         gravity_m_s2=np.array(arm.gravity_m_s2),
         link_masses_kg=None if arm.link_masses_kg is None else np.array(arm.link_masses_kg),
         tip_mass_kg=arm.tip_mass_kg,
+        form=form_named(arm.name),
     )

@@ -1,8 +1,8 @@
 """Planar kinematics: equations (2) to (9), with the sign of (8) corrected, and the deviated model (17, 18).
 
 A planar chain is a sum of complex numbers, one a link: link i points along the sum of the joint angles up to i.
-That form serves any number of joints; for planar3 the last link is the complex length l4 - j l5, since C, E and F are
-one rigid body (section 2.1).
+That form serves any number of joints; a tip offset makes the last link the complex length l4 - j l5, since C, E and F
+are one rigid body (section 2.1).
 
 Equation (8) as printed has a wrong sign: forward(inverse(p)) misses p on the paper's own circles by up to 48 mm in one
 coordinate (63 mm in distance) with the 15 mm radius, and by 69 mm (92 mm) with the 25 mm radius. Here
@@ -38,11 +38,24 @@ class Deviation:
 
 
 def complex_links(arm: Arm, delta: Deviation | None = None) -> NDArray[np.complex128]:
-    """(n,) each link as a complex length in its own frame; planar3's last is l4 - j l5."""
+    """(n,) each link as a complex length in its own frame; with a tip offset the last is l4 - j l5."""
     lengths = arm.link_lengths_mm if delta is None else arm.link_lengths_mm + delta.lengths_mm
-    if arm.is_planar3:
-        return np.array([lengths[0], lengths[1], lengths[2] - 1j * lengths[3]])
+    if arm.has_tip_offset:
+        return np.array([*lengths[:-2], lengths[-2] - 1j * lengths[-1]])
     return lengths.astype(complex)
+
+
+def path_to(arm: Arm, marker: str) -> tuple[tuple[int, int], ...]:
+    """Return the way from the base to `marker`: (coefficient, link) pairs, counted from 0.
+
+    Coefficient i is link i as a complex length; a marker on the corner of the last link has coefficient n instead,
+    the link without its tip offset, which turns with the same link.
+    """
+    reach = arm.links_to(marker)
+    way = [(link, link) for link in range(reach)]
+    if arm.is_corner(marker):
+        way[-1] = (reach, reach - 1)
+    return tuple(way)
 
 
 def link_angles(arm: Arm, q: Array, delta: Deviation | None = None) -> Array:
@@ -65,7 +78,7 @@ def forward(arm: Arm, q: Array, delta: Deviation | None = None) -> Array:
     """(N, 3) tip position, mm, and orientation, rad, for (N, n) joint angles (equations 2 to 4, or 17 and 18)."""
     tip = marker_positions(arm, q, delta)[..., -1, :]
     joints = q if delta is None else q + delta.joints_rad
-    theta = joints.sum(axis=-1) + (np.pi if arm.is_planar3 else 0.0)
+    theta = joints.sum(axis=-1) + arm.form.tip_turn_rad
     return np.concatenate([tip, theta[..., None]], axis=-1)
 
 
@@ -83,19 +96,25 @@ def forward_jacobian(arm: Arm, q: Array, delta: Deviation | None = None) -> tupl
     for link in range(n):
         by_length[..., link + 1 :, link] = directions[..., link, None]
         by_joint[..., link + 1 :, : link + 1] += 1j * links[..., link, None, None]
-    if arm.is_planar3:
+    if arm.has_tip_offset:
         by_length[..., n, n] = -1j * directions[..., n - 1]
     return _as_xy(by_length), _as_xy(by_joint)
 
 
+def is_closed_form(arm: Arm) -> bool:
+    """Whether equations (5) to (9) hold for `arm`: three joints, quarter turns at zero, a bent last link."""
+    form = arm.form
+    return arm.n_joints == 3 and form.tip_offset and form.zero_turn_rad == np.pi / 2 and form.tip_turn_rad == np.pi
+
+
 def inverse(arm: Arm, poses: Array, elbow: Elbow = "paper", delta: Deviation | None = None) -> Array:
-    """(N, 3) joint commands, rad, that bring the tip of planar3 to (N, 3) poses x mm, y mm, theta rad (5 to 9).
+    """(N, 3) joint commands, rad, that bring the tip of the paper's arm to (N, 3) poses x mm, y mm, theta rad (5 to 9).
 
     `elbow` chooses the branch of equation (7): the paper's arcsine, or the other one. With `delta` the commands are
     those of the deviated arm. Raises `UnreachablePoseError` that names the first pose out of reach and the reach.
     """
-    if not arm.is_planar3:
-        raise InputError(f"inverse kinematics knows planar3 only, found arm '{arm.name}'")
+    if not is_closed_form(arm):
+        raise InputError(f"the closed form is for arms joined like the paper's, found arm '{arm.name}'")
     deviation = Deviation.none(arm) if delta is None else delta
     l1, l2, l4, l5 = arm.link_lengths_mm + deviation.lengths_mm
     x, y, theta_F = np.asarray(poses, dtype=float).T

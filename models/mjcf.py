@@ -6,7 +6,7 @@ World frame: the robot frame in metres, origin at marker A, x right, y up, z tow
     body mid{i}     only where link i may bend: its middle piece
     body end{i}     rides rigidly at the far end of link i and carries its marker and what follows
     joint{i}        the servo's output shaft, turned by actuator servo{i}
-    site marker_m   centre of sticker m: `a` on the base, the next one at the end of each link (planar3 has `e` too)
+    site marker_m   centre of sticker m: `a` on the base, the next one at the end of each link (and maybe on its corner)
 
 Whatever is to give, play or lag at joint i is a further hinge of body link{i} on the same axis (a series element);
 whatever is to bend along link i are hinges of its bodies mid{i} and end{i}, at `BEND_AT` along it.
@@ -90,8 +90,8 @@ def build_arm(
             end = body.add_body(name=f"end{i + 1}", pos=at)
             _give_rod_mass(end, 0.0, 0.0 * at, 0.0 * at, tip)
         _add_marker(end, arm.marker_names[i + 1], [0.0, 0.0, 0.0])
-        if last and arm.is_planar3:
-            _add_marker(body, "e", [link.real, 0.0, 0.0])
+        if last and arm.form.corner is not None:
+            _add_marker(body, arm.form.corner, [link.real, 0.0, 0.0])
         parent = end
     return spec
 

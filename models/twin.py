@@ -30,6 +30,7 @@ from pydantic import Field, model_validator
 
 from armtwin.models import atomic
 from armtwin.models.arm import Arm, arm_from_table
+from armtwin.models.arm_form import form_named
 from armtwin.models.camera import Camera
 from armtwin.models.camera_files import nominal_camera
 from armtwin.models.catalogue.injection import Stated
@@ -116,7 +117,7 @@ class _TwinFile(Strict):
     @model_validator(mode="after")
     def _geometry_is_of_the_arm(self) -> _TwinFile:
         lengths = len(self.arm.link_lengths_mm)
-        joints = lengths - (1 if self.arm.name == "planar3" else 0)
+        joints = form_named(self.arm.name).joints_of(lengths)
         for key, wanted in (("length_errors_mm", lengths), ("joint_errors_rad", joints)):
             found = len(getattr(self.geometry, key))
             if found != wanted:

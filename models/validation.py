@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, field_validator, model_validator
 
+from armtwin.models.arm_form import MOST_JOINTS, form_named
 from armtwin.models.errors import InputError, nearest, shown
 from armtwin.models.lenses import lens_named
 
@@ -65,23 +66,29 @@ class ArmTable(Strict):
     @model_validator(mode="after")
     def _lengths_and_masses_fit(self) -> ArmTable:
         n = len(self.link_lengths_mm)
-        if self.name == "planar3" and n != 4:
-            raise ValueError(f"link_lengths_mm of planar3 needs 4 entries (l1, l2, l4, l5), found {n}")
-        if self.name != "planar3" and n > 6:
-            raise ValueError(f"link_lengths_mm holds {n} entries, an arm has 1 to 6 joints")
+        form = form_named(self.name)
+        joints = form.joints_of(n)
+        if form.n_joints is not None and joints != form.n_joints:
+            wanted = [f"l{number}" for number in form.length_numbers(n)]
+            raise ValueError(
+                f"link_lengths_mm of {self.name} needs {len(wanted)} entries ({', '.join(wanted)}), found {n}"
+            )
+        if not 1 <= joints <= MOST_JOINTS:
+            raise ValueError(f"link_lengths_mm holds {n} entries, an arm has 1 to {MOST_JOINTS} joints")
         if max(self.link_lengths_mm) < _SHORTEST_ARM_MM:
             raise ValueError(
                 f"link_lengths_mm has a longest link of {max(self.link_lengths_mm):g} mm; "
                 "lengths are in mm, these look like metres: multiply by 1000"
             )
-        chain = [*self.link_lengths_mm[:2], math.hypot(*self.link_lengths_mm[2:])] if self.name == "planar3" else None
-        short = [k for k, length in enumerate(chain or self.link_lengths_mm) if length < _SHORTEST_LINK_MM]
+        links = self.link_lengths_mm
+        if form.tip_offset:
+            links = [*links[:-2], math.hypot(*links[-2:])]
+        short = [k for k, length in enumerate(links) if length < _SHORTEST_LINK_MM]
         if short:
             raise ValueError(
                 f"link_lengths_mm: found {self.link_lengths_mm[short[0]]:g} for link {short[0] + 1}, "
                 f"at least {_SHORTEST_LINK_MM:g} is wanted"
             )
-        joints = 3 if self.name == "planar3" else n
         if self.link_masses_kg is not None and len(self.link_masses_kg) != joints:
             raise ValueError(f"link_masses_kg needs {joints} entries, one a link, found {len(self.link_masses_kg)}")
         return self

@@ -54,7 +54,7 @@ def calibrate(
     error_max_mm: float = ERROR_MAX_MM,
     max_steps: int = MAX_STEPS,
 ) -> ArmCalibration:
-    """Run Algorithm 1 on the named trajectories of a planar3 recording, by default on all that are not held out.
+    """Run Algorithm 1 on the named trajectories of a recording of the paper's arm; by default all not held out.
 
     `start` is X0 in mm and degrees. Raises `InputError` for another arm, or fewer poses with A and F than five.
     """
@@ -89,7 +89,7 @@ def calibrate(
 
 def measured_tip(recording: Recording, rows: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64], Array]:
     """F relative to A, (N, 2) robot mm (equations 11, 12, 16), the rows that show both, and the mean of A, (3,) mm."""
-    if not recording.arm.is_planar3:
+    if not (recording.arm.has_tip_offset and recording.arm.n_joints == 3):
         raise InputError(
             f"recording.json: Algorithm 1 is for arm planar3, found '{recording.arm.name}'; use least-squares"
         )

@@ -4,7 +4,7 @@ A joint's zero turns every link beyond it by a constant angle, so with the comma
 
     marker = base + sum_i c_i exp(j Theta_i),    c_i = l_i exp(j (delta_1 + ... + delta_i)),
 
-is linear in the coefficients c. planar3 has the coefficient l4 - j l5 for F and, on the same body, l4 for E
+is linear in the coefficients c. A tip offset brings the coefficients l4 - j l5 for F and, on the same body, l4 for E
 (equations 17 and 18 written as complex numbers).
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.arm import Arm
-from armtwin.models.kinematics import Deviation, link_angles
+from armtwin.models.kinematics import Deviation, link_angles, path_to
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -38,9 +38,8 @@ class Chain:
 
     @property
     def length_names(self) -> tuple[str, ...]:
-        """`delta_l1_mm`, ...; planar3 has l1, l2, l4, l5 as in the paper."""
-        numbers = (1, 2, 4, 5) if self.arm.is_planar3 else range(1, self.arm.n_joints + 1)
-        return tuple(f"delta_l{number}_mm" for number in numbers)
+        """`delta_l1_mm`, ..., numbered as the arm has it (l1, l2, l4, l5 in the paper)."""
+        return tuple(f"delta_l{number}_mm" for number in self.arm.length_numbers)
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -67,13 +66,13 @@ class Chain:
         n, n_lengths = self.arm.n_joints, len(self.length_names)
         lengths = self.arm.link_lengths_mm + link_parameters[:n_lengths]
         turn = np.exp(1j * np.cumsum(link_parameters[n_lengths:]))
-        slope = np.zeros((n + self.arm.is_planar3, n_lengths + n), dtype=complex)
+        slope = np.zeros((n + self.arm.has_tip_offset, n_lengths + n), dtype=complex)
         slope[range(n), range(n)] = turn
-        if self.arm.is_planar3:
-            l1, l2, l4, l5 = lengths
-            c = np.array([l1, l2, l4 - 1j * l5, l4]) * turn[[0, 1, 2, 2]]
-            slope[2, 3] = -1j * turn[2]
-            slope[3, 2] = turn[2]
+        if self.arm.has_tip_offset:
+            l4, l5 = lengths[-2:]
+            c = np.array([*lengths[:-2], l4 - 1j * l5, l4]) * turn[[*range(n), n - 1]]
+            slope[n - 1, n] = -1j * turn[n - 1]
+            slope[n, n - 1] = turn[n - 1]
         else:
             c = lengths * turn
         for link in range(len(c)):
@@ -84,41 +83,38 @@ class Chain:
         """(N, C) what each coefficient is multiplied with to reach `marker` at (N, n) commands, rad."""
         n = self.arm.n_joints
         turned = np.exp(1j * link_angles(self.arm, q_cmd))
-        out = np.zeros((len(q_cmd), n + self.arm.is_planar3), dtype=complex)
-        if marker == "e" and self.arm.is_planar3:
-            out[:, : n - 1] = turned[:, : n - 1]
-            out[:, n] = turned[:, n - 1]
-        else:
-            reach = self.arm.marker_names.index(marker)
-            out[:, :reach] = turned[:, :reach]
+        out = np.zeros((len(q_cmd), n + self.arm.has_tip_offset), dtype=complex)
+        for coefficient, link in path_to(self.arm, marker):
+            out[:, coefficient] = turned[:, link]
         return out
 
     def convention(self, markers: tuple[str, ...]) -> Array:
         """(P, P') basis of the link parameters that are fitted when these markers are seen.
 
-        Without E, planar3's last link C-F is seen as one vector only: turning (l4, l5) and turning theta3's zero are
-        the same motion. The link is then taken to have the drawn angle at C (one printed part), so that delta_l5
+        Without E, a last link C-F with a tip offset is seen as one vector: turning (l4, l5) and turning theta3's zero
+        are the same motion. The link is then taken to have the drawn angle at C (one printed part), so that delta_l5
         follows delta_l4 in the drawn ratio l5 / l4, and the turn stands in delta_theta3, whose horn is mounted by hand.
         """
         basis = np.eye(len(self.names))
         if not self.has_last_link_gauge(markers):
             return basis
-        basis[3, 2] = self.arm.link_lengths_mm[3] / self.arm.link_lengths_mm[2]
-        return np.delete(basis, 3, axis=1)
+        last = self.arm.n_joints  # the offset stands behind the links
+        basis[last, last - 1] = self.arm.link_lengths_mm[-1] / self.arm.link_lengths_mm[-2]
+        return np.delete(basis, last, axis=1)
 
     def has_last_link_gauge(self, markers: tuple[str, ...]) -> bool:
-        """Whether theta3's zero and the direction of (l4, l5) are one motion: planar3 without marker E."""
-        return self.arm.is_planar3 and "e" not in markers and self.arm.link_lengths_mm[2] > 0
+        """Whether the last zero and the direction of (l4, l5) are one motion: a tip offset whose corner is not seen."""
+        return self.arm.has_tip_offset and self.arm.form.corner not in markers and self.arm.link_lengths_mm[-2] > 0
 
     def in_convention(self, delta: Deviation) -> Deviation:
-        """Return the deviation that moves F alike and keeps the last link's drawn angle (planar3; else `delta`)."""
-        if not self.arm.is_planar3:
+        """Return the deviation that moves F alike and keeps the last link's drawn angle (else `delta`)."""
+        if not self.arm.has_tip_offset:
             return delta
-        l4, l5 = self.arm.link_lengths_mm[2:]
+        l4, l5 = self.arm.link_lengths_mm[-2:]
         drawn = complex(l4, -l5)
-        built = complex(l4 + delta.lengths_mm[2], -(l5 + delta.lengths_mm[3]))
+        built = complex(l4 + delta.lengths_mm[-2], -(l5 + delta.lengths_mm[-1]))
         scale = abs(built) / abs(drawn)
         lengths, joints = delta.lengths_mm.copy(), delta.joints_rad.copy()
-        lengths[2:] = np.array([l4, l5]) * (scale - 1.0)
-        joints[2] += float(np.angle(built / drawn))
+        lengths[-2:] = np.array([l4, l5]) * (scale - 1.0)
+        joints[-1] += float(np.angle(built / drawn))
         return Deviation(lengths, joints)

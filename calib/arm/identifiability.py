@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from armtwin.calib.arm.chain import Chain
 from armtwin.models.arm import Arm
+from armtwin.models.arm_form import Form
 from armtwin.models.errors import InputError
 
 Array = NDArray[np.float64]
@@ -60,7 +61,7 @@ def analyse(chain: Chain, J: Array, markers: tuple[str, ...], q_cmd: Array) -> I
     n_links = len(chain.names)
     values, directions = _singular(J[:, :n_links] * chain.spreads, J[:, n_links:])
     known = (values > 1.0) & (values > _ROUNDING * values[0])
-    structural = _structural_rank(chain.arm.name, tuple(chain.arm.link_lengths_mm), markers)
+    structural = _structural_rank(chain.arm.form, tuple(chain.arm.link_lengths_mm), markers)
     identifiable = int(known.sum())
     open_names = _open_parameters(chain.names, directions[~known], chain, markers)
     if identifiable == 0:
@@ -74,7 +75,7 @@ def analyse(chain: Chain, J: Array, markers: tuple[str, ...], q_cmd: Array) -> I
             f"{structural - identifiable} of {structural} parameters open ({', '.join(open_names)}): "
             "measure poses that turn every joint by itself"
         )
-    gauge = (GAUGE,) if chain.has_last_link_gauge(markers) and {"f"} & set(markers) else ()
+    gauge = (GAUGE,) if chain.has_last_link_gauge(markers) and chain.arm.marker_names[-1] in markers else ()
     ties: tuple[str, ...] = ()
     if open_names:
         ties = (f"these poses and markers leave open {', '.join(open_names)}; they stay near the drawing's values",)
@@ -92,9 +93,9 @@ def _singular(J_links: Array, J_base: Array) -> tuple[Array, Array]:
 
 
 @lru_cache(maxsize=64)
-def _structural_rank(name: str, link_lengths_mm: tuple[float, ...], markers: tuple[str, ...]) -> int:
+def _structural_rank(form: Form, link_lengths_mm: tuple[float, ...], markers: tuple[str, ...]) -> int:
     """How many link parameters of this arm these markers could tell if the poses were as varied as can be."""
-    arm = Arm(name, np.array(link_lengths_mm), np.zeros(2))
+    arm = Arm("", np.array(link_lengths_mm), np.zeros(2), form=form)
     chain = Chain(arm)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (4 * arm.n_joints + 4, arm.n_joints))
     _, slope = chain.coefficients(np.zeros(len(chain.names)))
@@ -112,7 +113,7 @@ def _open_parameters(
     share = np.linalg.norm(directions, axis=0)
     found = tuple(name for name, size in zip(names, share, strict=True) if size > _SHARE)
     alone = len(directions) == 1 and chain.has_last_link_gauge(markers)
-    return () if alone and set(found) <= {"delta_l4_mm", "delta_l5_mm", "delta_theta3_rad"} else found
+    return () if alone and set(found) <= {*chain.length_names[-2:], chain.joint_names[-1]} else found
 
 
 def _collinear(q_cmd: Array) -> bool:

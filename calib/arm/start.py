@@ -34,7 +34,7 @@ def start(chain: Chain, observations: Observations, camera: Camera, arm_plane_z_
     w = np.where(finite, -board[:, 0] + 1j * board[:, 1], 0.0)  # robot axes, origin at the board's
     drawn, _ = chain.coefficients(np.zeros(len(chain.names)))
     A = observations.directions
-    if chain.arm.is_planar3:
+    if chain.arm.has_tip_offset:
         n = chain.arm.n_joints
         A = np.concatenate([A[:, : n - 1], A[:, n - 1 : n] + A[:, n:] * (drawn[n] / drawn[n - 1])], axis=1)
         drawn = drawn[:n]
@@ -57,9 +57,9 @@ def _link_parameters(chain: Chain, coefficients: NDArray[np.complex128], drawn: 
     """Lengths by modulus, joint zeros by the difference of arguments; the last link keeps its drawn angle."""
     turns = np.angle(coefficients / np.where(drawn == 0, 1.0, drawn))
     joints = np.angle(np.exp(1j * np.diff(turns, prepend=0.0)))
-    if chain.arm.is_planar3:
+    if chain.arm.has_tip_offset:
         scale = abs(coefficients[-1]) / max(abs(drawn[-1]), 1e-12)
-        l4, l5 = chain.arm.link_lengths_mm[2:]
+        l4, l5 = chain.arm.link_lengths_mm[-2:]
         lengths = np.concatenate([np.abs(coefficients[:-1]) - np.abs(drawn[:-1]), [l4 * (scale - 1), l5 * (scale - 1)]])
     else:
         lengths = np.abs(coefficients) - chain.arm.link_lengths_mm

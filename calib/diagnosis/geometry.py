@@ -50,7 +50,7 @@ def geometry_report(data: Data, model: Fit, covariance: Array) -> GeometryReport
     std = np.sqrt(np.maximum(np.diag(J @ covariance[: len(model.g), : len(model.g)] @ J.T), 0.0))
     known = _measured_directions(data, model)
     gauge = [f"{effect.name}: {effect.gauge}" for effect in catalogue().values() if effect.gauge is not None]
-    if problem.context.arm.is_planar3 and "e" not in problem.context.markers:
+    if problem.context.arm.has_tip_offset and problem.context.arm.form.corner not in problem.context.markers:
         gauge.append(
             "theta3's zero against a rotation of (l4, l5): the same motion for every pose; the drawing's angle between "
             "l4 and l5 is kept, so that the zero carries it; marker E on the corner breaks the tie"
@@ -69,7 +69,7 @@ def geometry_report(data: Data, model: Fit, covariance: Array) -> GeometryReport
 
 def _names(problem: Problem) -> tuple[str, ...]:
     arm = problem.context.arm
-    lengths = ["l1_mm", "l2_mm", "l45_mm"] if arm.is_planar3 else [f"l{k + 1}_mm" for k in range(arm.n_joints)]
+    lengths = [f"{name}_mm" for name in arm.link_names]
     zeros = [f"theta{k + 1}_zero_rad" for k in range(arm.n_joints)]
     return ("base_x_mm", "base_y_mm", *lengths, *zeros)
 
@@ -101,7 +101,7 @@ def _deviation(problem: Problem, values: Array) -> Deviation:
     arm = problem.context.arm
     n = arm.n_joints
     lengths = values[2 : 2 + n]
-    if arm.is_planar3:
-        drawn = np.hypot(*arm.link_lengths_mm[2:])
-        lengths = np.concatenate([lengths[:2], arm.link_lengths_mm[2:] * lengths[2] / drawn])
+    if arm.has_tip_offset:
+        drawn = np.hypot(*arm.link_lengths_mm[-2:])
+        lengths = np.concatenate([lengths[:-1], arm.link_lengths_mm[-2:] * lengths[-1] / drawn])
     return Deviation(lengths - arm.link_lengths_mm, values[2 + n :])

@@ -19,6 +19,7 @@ from armtwin.models.catalogue.context import Context, nominal_links
 from armtwin.models.catalogue.points import Geometry
 from armtwin.models.catalogue.predict import Active, camera_path, joint_angles, marker_points
 from armtwin.models.coordinate_frames import R_ROBOT_BOARD, board_to_robot, robot_to_board
+from armtwin.models.kinematics import path_to
 from armtwin.models.recordings.recording import Recording
 
 Array = NDArray[np.float64]
@@ -62,7 +63,7 @@ class Problem:
         """(g,) standard deviations of the geometry's prior about the drawing."""
         if not self.is_pixels:
             return np.full(len(self.nominal), np.pi)
-        link = _PRIOR_LINK_MM if self.context.arm.is_planar3 else _PRIOR_UNSTATED_ZERO_MM
+        link = _PRIOR_LINK_MM if self.context.arm.form.zero_is_drawn else _PRIOR_UNSTATED_ZERO_MM
         return np.concatenate([np.full(2, _PRIOR_BASE_MM), np.full(len(self.nominal) - 2, link)])
 
     def geometry(self, g: Array) -> Geometry:
@@ -107,7 +108,7 @@ class Problem:
         J[..., 0], J[..., 1] = by_x, by_y
         directions = self.context.directions(q)
         for column, name in enumerate(self.context.markers):
-            for slot, link in self._chain(name):
+            for slot, link in path_to(self.context.arm, name):
                 along = directions[:, link, None]
                 J[:, column, :, 2 + 2 * slot] = along.real * by_x[:, column] + along.imag * by_y[:, column]
                 J[:, column, :, 3 + 2 * slot] = -along.imag * by_x[:, column] + along.real * by_y[:, column]
@@ -125,17 +126,10 @@ class Problem:
         J = np.zeros((*by_x.shape, q.shape[1]))
         place = points[..., 0] - g[0] + 1j * (points[..., 1] - g[1])
         for column, name in enumerate(self.context.markers):
-            for joint in range(len(self._chain(name))):
+            for joint in range(len(path_to(self.context.arm, name))):
                 along = 1j * (place[:, column] - hinges[:, joint])[:, None]
                 J[:, column, :, joint] = along.real * by_x[:, column] + along.imag * by_y[:, column]
         return J
-
-    def _chain(self, marker: str) -> list[tuple[int, int]]:
-        """List (slot of the geometry, link) that lead to a marker."""
-        n = self.context.arm.n_joints
-        if marker == "e":
-            return [*((link, link) for link in range(n - 1)), (n, n - 1)]
-        return [(link, link) for link in range(self.context.arm.marker_names.index(marker))]
 
     def pixels_by_plane(self, g: Array) -> tuple[Array, Array]:
         """Two (N, M, 2) derivatives of the pixels by the robot's x and y, pixels per mm, at the commanded poses."""
@@ -174,7 +168,7 @@ def problem_of(recording: Recording) -> Problem:
         return Problem(context, recording.q_meas[..., None], np.zeros(3), np.zeros(arm.n_joints), names, grain_std)
     observed = np.stack([recording.markers_px[name] for name in markers], axis=1)
     links = nominal_links(arm)
-    corner = [complex(arm.link_lengths_mm[2])] if "e" in markers else []
+    corner = [complex(arm.link_lengths_mm[-2])] if arm.form.corner in markers else []
     z = np.concatenate([links, corner])
     nominal = np.concatenate([np.zeros(2), np.stack([z.real, z.imag], axis=-1).ravel()])
     base = _first_base(context, observed)

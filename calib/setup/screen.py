@@ -115,7 +115,7 @@ def _gain(before: Array, after: Array, gross: float, fine: float) -> float:
 
 def _off_the_drawing(recording: Recording, left: Remainder) -> float:
     """Return the cost of zeros that no horn is off by, where the drawing says where zero is."""
-    if not recording.arm.is_planar3:
+    if not recording.arm.form.zero_is_drawn:
         return 0.0
     return float((np.minimum(np.abs(left.zeros_rad) / _ZERO_RAD, 2.0) ** 2).sum())
 
@@ -132,7 +132,7 @@ def _turns_are_plain(found: Remainder, left: Remainder, joint: int) -> bool:
 
 def _zeros(recording: Recording, found: Remainder) -> SetUpError | None:
     """Return joints whose zero is off by quarter or half turns, where the drawing says where zero is."""
-    if recording.markers_px and not recording.arm.is_planar3:
+    if recording.markers_px and not recording.arm.form.zero_is_drawn:
         return None  # the zero pose of such an arm is not stated
     quarters = np.round(found.zeros_rad / (np.pi / 2.0))
     near = np.abs(found.zeros_rad - quarters * np.pi / 2.0) < _NEAR_RAD

@@ -20,7 +20,7 @@ class Geometry:
     Attributes:
         base_mm: (2,) marker A's axis in the robot frame of the assumed base.
         links: (n,) complex link lengths, joint zeros included: link i points along links[i] times its direction.
-        corner: complex position of planar3's corner E on the last link; 0 where it is not seen.
+        corner: complex position of the corner on the last link in its frame; 0 where it is not seen.
 
     """
 

@@ -63,10 +63,11 @@ def marker_points(context: Context, geometry: Geometry, q: Array, effects: Seque
     )
     columns = []
     for name in context.markers:
-        if name == "e":
-            columns.append(chain[:, -2] + geometry.corner * directions[:, -1])
+        reach = context.arm.links_to(name)
+        if context.arm.is_corner(name):
+            columns.append(chain[:, reach - 1] + geometry.corner * directions[:, reach - 1])
         else:
-            columns.append(chain[:, context.arm.marker_names.index(name)])
+            columns.append(chain[:, reach])
     z = np.stack(columns, axis=-1)
     points = np.zeros((*z.shape, 3))
     points[..., 0] = z.real + geometry.base_mm[0]

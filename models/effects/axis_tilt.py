@@ -47,8 +47,7 @@ def term(context: Context, state: PointState, values: Array, site: Site) -> Poin
     pivot[:, :2] += state.geometry.base_mm
     points = state.points_mm.copy()
     for column, name in enumerate(context.markers):
-        axis = len(context.arm.marker_names) if name == "e" else context.arm.marker_names.index(name)
-        if axis > joint:
+        if context.arm.links_to(name) > joint:
             points[:, column] = pivot + extra.apply(points[:, column] - pivot)
     return PointState(points, state.directions, state.geometry)
 

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from armtwin.models import atomic
-from armtwin.models.arm import Arm, read_arm
+from armtwin.models.arm import Arm, arm_from_table, read_arm
 from armtwin.models.errors import InputError
 from armtwin.models.importers.log import JointLog
 from armtwin.models.recordings.recording import SCHEMA, Recording, make_samples
 from armtwin.models.recordings.writer import arm_table, write_recording
+from armtwin.models.validation import ArmTable
 
 # The length that links are given where nobody says how long they are.
 UNKNOWN_LINK_MM = 100.0
@@ -87,9 +88,7 @@ def _arm(log: JointLog, arm: Path | None) -> tuple[dict[str, Any], Path | None, 
 
 
 def _settled(log: JointLog, table: dict[str, Any]) -> Recording:
-    lengths, gravity = np.array(table["link_lengths_mm"]), np.array(table["gravity_m_s2"])
-    masses = table.get("link_masses_kg")
-    arm = Arm(table["name"], lengths, gravity, None if masses is None else np.array(masses), table.get("tip_mass_kg"))
+    arm = arm_from_table(ArmTable.model_validate(table))
     return Recording(
         arm=arm,
         sample=make_samples(len(log)),

@@ -51,7 +51,7 @@ def check_recording(recording: Recording) -> None:
     _refuse_unseen(everything, "all marker columns", "no marker was seen")
     first = int(np.argmax(moving)) if moving.any() else arm.n_joints
     for name, pixels in recording.markers_px.items():
-        axis = arm.n_joints if name == "e" else arm.marker_names.index(name)
+        axis = arm.links_to(name)
         if axis > first:  # what lies on or before the first moving axis may well stand still
             _refuse_stuck(pixels, f"{name}_u_px and {name}_v_px", f"theta{first + 1}_cmd_rad")
 

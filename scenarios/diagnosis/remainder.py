@@ -78,8 +78,7 @@ def _joint_errors(problem: Problem, model: Fit, points: Array, miss: Array) -> A
     n = context.arm.n_joints
     turned = 1j * (at[:, :, None] - hinges[:, None, :])  # (N, M, n): motion of a marker by a joint, mm/rad
     for column, name in enumerate(context.markers):
-        beyond = n if name == "e" else context.arm.marker_names.index(name)
-        turned[:, column, beyond:] = 0.0
+        turned[:, column, context.arm.links_to(name) :] = 0.0
     J = np.stack([turned.real, turned.imag], axis=2).reshape(len(chain), -1, n)
     e = miss.reshape(len(chain), -1)
     seen = np.isfinite(e)

@@ -12,16 +12,14 @@ from armtwin.scenarios.scoring.judge import INTERVAL
 
 
 def true_geometry(arm: Arm, truth: Mapping[str, Any]) -> dict[str, float]:
-    """Return base, lengths and zeros by the names of a diagnosis; planar3's zero 3 carries the turn of (l4, l5)."""
+    """Return base, lengths and zeros by the names of a diagnosis; the last zero carries the turn of (l4, l5)."""
     lengths, zeros = np.array(truth["link_lengths_mm"]), np.array(truth["joint_offsets_rad"])
     base = {"base_x_mm": truth["base_in_board_mm"][0], "base_y_mm": truth["base_in_board_mm"][1]}
-    if arm.is_planar3:
+    if arm.has_tip_offset:
         drawn = arm.link_lengths_mm
-        turn = np.arctan2(lengths[3], lengths[2]) - np.arctan2(drawn[3], drawn[2])
-        zeros = zeros - np.array([0.0, 0.0, turn])
-        sizes = {"l1_mm": lengths[0], "l2_mm": lengths[1], "l45_mm": np.hypot(lengths[2], lengths[3])}
-    else:
-        sizes = {f"l{k + 1}_mm": length for k, length in enumerate(lengths)}
+        zeros[-1] -= np.arctan2(lengths[-1], lengths[-2]) - np.arctan2(drawn[-1], drawn[-2])
+        lengths = np.array([*lengths[:-2], np.hypot(lengths[-2], lengths[-1])])
+    sizes = {f"{name}_mm": length for name, length in zip(arm.link_names, lengths, strict=True)}
     return base | sizes | {f"theta{k + 1}_zero_rad": zero for k, zero in enumerate(zeros)}
 
 

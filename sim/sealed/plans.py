@@ -20,8 +20,8 @@ Array = NDArray[np.float64]
 _X_MM = (-185.0, -75.0)
 _Y_MM = (0.0, 95.0)
 _THETA_RAD = (np.pi - 0.7, np.pi + 0.7)
-# Joint ranges of planar3 within which all markers stay in the picture.
-_PLANAR3_RANGE_RAD = np.array([[-0.45, 0.35], [-0.35, 0.45], [-0.8, 0.8]])
+# Joint ranges of the paper's arm within which all markers stay in the picture.
+_PAPER_RANGE_RAD = np.array([[-0.45, 0.35], [-0.35, 0.45], [-0.8, 0.8]])
 _RANGE_RAD = (-0.7, 0.7)
 
 Block = Callable[[Generator, Arm, int], Array]
@@ -33,7 +33,7 @@ def draw_plan(rng: Generator, arm: Arm, n_poses: int) -> tuple[Plan, tuple[str, 
     It always has scattered poses, joints swept there and back, and paths followed in fine steps, in random order and
     shares; two blocks of different kinds are held out. The first block is never held out.
     """
-    kinds = list(_PLANAR3_BLOCKS if arm.is_planar3 else _CHAIN_BLOCKS)
+    kinds = list(_PAPER_BLOCKS if arm.form.zero_is_drawn else _CHAIN_BLOCKS)
     names = [*kinds, *rng.choice(kinds, size=3)]
     shares = rng.dirichlet(np.full(len(names), 8.0))
     order = rng.permutation(len(names))
@@ -43,7 +43,7 @@ def draw_plan(rng: Generator, arm: Arm, n_poses: int) -> tuple[Plan, tuple[str, 
         kind = names[index]
         name = f"{kind}_{len(of_kind[kind]) + 1}"
         of_kind[kind].append(name)
-        build = (_PLANAR3_BLOCKS if arm.is_planar3 else _CHAIN_BLOCKS)[kind]
+        build = (_PAPER_BLOCKS if arm.form.zero_is_drawn else _CHAIN_BLOCKS)[kind]
         blocks[name] = build(rng, arm, max(6, round(shares[index] * n_poses)))
     first = next(iter(blocks))
     # Kinds of which another block remains to be fitted come first.
@@ -113,7 +113,7 @@ def _grid(rng: Generator, arm: Arm, n: int) -> Array:
 
 def _ranges(arm: Arm) -> Array:
     """(n, 2) lowest and highest angle of each joint, rad."""
-    return _PLANAR3_RANGE_RAD if arm.is_planar3 else np.tile(_RANGE_RAD, (arm.n_joints, 1))
+    return _PAPER_RANGE_RAD if arm.form.zero_is_drawn else np.tile(_RANGE_RAD, (arm.n_joints, 1))
 
 
 def _reach(arm: Arm, poses: Array) -> Array:
@@ -128,7 +128,7 @@ def _reach(arm: Arm, poses: Array) -> Array:
 
 
 _CHAIN_BLOCKS: dict[str, Block] = {"scattered": _scattered, "sweep": _sweep, "wave": _wave}
-_PLANAR3_BLOCKS: dict[str, Block] = {
+_PAPER_BLOCKS: dict[str, Block] = {
     **_CHAIN_BLOCKS,
     "circle": _circle,
     "line": _line_and_back,

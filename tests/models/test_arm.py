@@ -42,7 +42,7 @@ def test_a_plain_chain_has_a_joint_a_link_and_a_marker_more(n):
 
 def test_an_arm_file_is_read(tmp_path):
     arm = read_arm(file_of(tmp_path, GOOD + "tip_mass_kg = 0.02\n"))
-    assert arm.is_planar3
+    assert arm.has_tip_offset
     assert arm.tip_mass_kg == 0.02
     assert arm.link_masses_kg is None
     np.testing.assert_array_equal(arm.gravity_m_s2, [0.0, -9.81])

@@ -133,8 +133,8 @@ def test_a_pose_that_is_not_finite_is_out_of_reach_too():
         inverse(ARM, np.array([[np.nan, 40.0, np.pi]]))
 
 
-def test_inverse_kinematics_is_for_planar3_only():
-    with pytest.raises(InputError, match="planar3 only, found arm 'plain'"):
+def test_the_closed_form_is_for_arms_joined_like_the_papers():
+    with pytest.raises(InputError, match="joined like the paper's, found arm 'plain'"):
         inverse(Arm("plain", np.array([50.0]), np.zeros(2)), np.zeros((1, 3)))
 
 

@@ -49,9 +49,9 @@ def markers_of(arm: Arm, q: np.ndarray, delta: Deviation) -> dict[str, np.ndarra
     """(N, 2) robot mm of every marker that the arm can show, E too."""
     points = marker_positions(arm, q, delta)
     out = {name: points[:, i] for i, name in enumerate(arm.marker_names)}
-    if arm.is_planar3:
+    if arm.has_tip_offset:
         corner = complex_links(arm, delta)[2].real * np.exp(1j * link_angles(arm, q, delta)[:, 2])
-        out["e"] = out["c"] + np.stack([corner.real, corner.imag], axis=-1)
+        out[arm.form.corner] = out["c"] + np.stack([corner.real, corner.imag], axis=-1)
     return out
 
 

@@ -297,7 +297,7 @@ def test_a_file_in_the_place_of_the_pictures_folder_is_refused(folder: Path):
 def test_another_arms_data_is_refused_and_left_alone(folder: Path):
     fill(folder, 2)
     before = (folder / "samples.csv").read_bytes()
-    longer = Arm("planar3", np.array([121.0, 121.7, 38.0, 6.73]), np.zeros(2))
+    longer = replace(nominal_arm(), link_lengths_mm=np.array([121.0, 121.7, 38.0, 6.73]))
 
     with pytest.raises(
         RecordingError, match=r"holds another arm's data \(arm.link_lengths_mm: \[120.0, .* choose another"

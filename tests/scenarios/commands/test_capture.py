@@ -10,7 +10,7 @@ import pytest
 
 from armtwin.hardware.bench.bench_file import BenchSetup, read_bench
 from armtwin.hardware.capture.folder import CaptureFolder
-from armtwin.models.arm import Arm
+from armtwin.models.arm import nominal_arm
 from armtwin.models.errors import InputError, RecordingError, UnreachablePoseError
 from armtwin.models.plan import Plan, write_plan
 from armtwin.scenarios.commands.capture import capture_command
@@ -72,7 +72,7 @@ def test_missing_plan_names_the_built_in_one(bench: Path, tmp_path: Path):
 
 def test_folder_with_another_arms_data_is_refused(bench: Path, tmp_path: Path):
     here = read_bench(bench)
-    other = Arm("planar3", np.array([100.0, 100.0, 38.0, 6.73]), np.zeros(2))
+    other = replace(nominal_arm(), link_lengths_mm=np.array([100.0, 100.0, 38.0, 6.73]))
     poses = Plan(np.array(["t"]), np.zeros((1, 3)), np.zeros(1))
     there = CaptureFolder(tmp_path / "out", replace(here.description, arm=other), poses)
     there.open()
