@@ -47,6 +47,8 @@ _CLEARLY_QUIETER = 0.85
 _FEW_LEFT = 0.2
 # Candidates whose deviance differs by less explain the data alike: a fixed number of parameters more or less.
 _ALIKE = 4.0
+# Standard deviations (of a deviance) that candidates may gain beyond the excess by fitting noise.
+_CHANCE_STDS = 4.0
 # Repairs of one model at most.
 _REPAIRS = 3
 # Points beyond this many standard deviations of what the geometry leaves do not pull on it.
@@ -105,6 +107,8 @@ def search(
     considered: list[CandidateModel] = []
     while len(base.effects) < _MOST_EFFECTS:
         progress(f"looking for cause {len(base.effects) + 1}")
+        if base.effects and not _leaves_a_cause(data, base, geometric.g):
+            break
         considered = candidates(data, base, candidate_sites(data, base.effects))
         quieter = _quieter(data, considered)
         if quieter is not None:
@@ -135,6 +139,19 @@ def robust_geometry(problem: Problem, counts: Bool, noise: float | None) -> tupl
         data = replace(data, problem=problem, cap=_cap_for(state, counts, sigma))
         state = fit(data, state.g, ())
     return state, problem
+
+
+def _leaves_a_cause(data: Data, base: Fit, g: Array) -> bool:
+    """Whether what a model leaves could hold a cause that `_weighs`: nothing explains more than all that is left.
+
+    Where the noise is only an estimate, what looks like little may be little noise and a cause.
+    """
+    free = degrees_of_freedom(data, base)
+    left = float(base.misfit.sum())
+    if not data.declared and left < _CLEARLY_QUIETER**2 * free:
+        return True
+    most = max(left - free, 0.0) + _CHANCE_STDS * float(np.sqrt(2.0 * free))
+    return most > min(_LEAST_OF_ALL * excess_of(data, fit(data, g, ())), _FELT * data.n_values)
 
 
 def _quieter(data: Data, ranked: list[CandidateModel]) -> float | None:

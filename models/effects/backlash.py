@@ -41,12 +41,15 @@ def term(context: Context, q: Array, values: Array, site: Site) -> Array:
 def play(drive: Array, width: float, start_side: float) -> Array:
     """Return the output (N,) of a gap of `width` driven along (N,); it begins `start_side` half gaps off centre."""
     half = 0.5 * width
-    out = np.empty_like(drive)
-    state = drive[0] + start_side * half
-    for row, angle in enumerate(drive.tolist()):
-        state = min(max(state, angle - half), angle + half)
-        out[row] = state
-    return out
+    out = []
+    state = float(drive[0] + start_side * half)
+    for angle in drive.tolist():
+        if state < angle - half:
+            state = angle - half
+        elif state > angle + half:
+            state = angle + half
+        out.append(state)
+    return np.array(out)
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:

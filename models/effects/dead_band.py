@@ -9,7 +9,6 @@ recording tells it. Not covered: a band that depends on the load (`unknown` wher
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -44,13 +43,14 @@ def term(context: Context, q: Array, values: Array, site: Site) -> Array:
 
 def _held(path: Array, threshold: float, stops_short: float = 0.0) -> Array:
     """(N,) angles that a servo holds along a path of commands; it stops short by a share of the threshold."""
-    out = np.empty_like(path)
-    held = float(path[0])
-    for row, angle in enumerate(path.tolist()):
-        if abs(angle - held) >= threshold:
-            held = angle - math.copysign(stops_short * threshold, angle - held)
-        out[row] = held
-    return out
+    out, held, rest = [], float(path[0]), stops_short * threshold
+    for angle in path.tolist():
+        if angle - held >= threshold:
+            held = angle - rest
+        elif held - angle >= threshold:
+            held = angle + rest
+        out.append(held)
+    return np.array(out)
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:

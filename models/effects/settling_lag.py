@@ -75,21 +75,19 @@ def _by_speed(path: list[float], waits: list[float], spans: list[float], part: f
     slow = 1.0 / -math.log(max(abs(part), 1e-9))  # time constant, usual waits
     near = reach * slow  # way to go from which on the speed is no limit
 
-    def after(way: float, wait: float) -> float:
-        far = abs(way)
-        if far > near:
-            run = (far - near) / reach
-            left = far - reach * wait if wait <= run else near * math.exp((run - wait) / slow)
-        else:
-            left = far * math.exp(-wait / slow)
-        return math.copysign(left, way)
-
     to_go, before, out = 0.0, path[0], []
     for goal, wait, span in zip(path, waits, spans, strict=True):
         to_go += before - goal
-        out.append(after(to_go, wait))
-        to_go = after(to_go, span)
         before = goal
+        way = to_go if to_go >= 0 else -to_go
+        late, last = [
+            way - reach * time
+            if way - reach * time > near
+            else (near if way > near else way) * math.exp(-(time - (max(way - near, 0.0) / reach)) / slow)
+            for time in (wait, span)
+        ]
+        out.append(late if to_go >= 0 else -late)
+        to_go = last if to_go >= 0 else -last
     return out
 
 
