@@ -22,8 +22,10 @@ Array = NDArray[np.float64]
 # Of Gaussian noise one point in four millions lies farther out; a gross error is also alone in its frame or in time.
 _GROSS = 5.5
 _CALM = 3.5
-# One in a hundred lies farther out than this, of two coordinates with Gaussian noise.
-_ONE_IN_A_HUNDRED = 3.035
+# One or two points that are no farther out than this may be the tail of errors that are no bell: Student's with eight
+# degrees of freedom has one in five thousand of its points beyond 5.5.
+_FEW = 3
+_GROSS_OF_FEW = 7.5
 # Less than a tenth of a pixel is no gross error however quiet the camera: a rim's shading or a codec's block does that.
 _GROSS_PX = 0.1
 # Two detections do not fail by the same vector to within this part of its length.
@@ -36,7 +38,7 @@ def find(context: Context, view: View) -> list[tuple[Site, Array]]:
     """Return (row, marker) pairs, flattened, of points that are far off while their surroundings are calm."""
     misfit = view.misfit(view.observed, view.predicted)
     residual = view.observed - view.predicted
-    far = misfit > _gross(misfit)
+    far = misfit > _GROSS
     if view.observed.shape[-1] == 2:
         far &= np.linalg.norm(residual, axis=-1) > _GROSS_PX
     rows = [
@@ -46,14 +48,9 @@ def find(context: Context, view: View) -> list[tuple[Site, Array]]:
         and _alone_in_frame(misfit, residual, row, column)
         and not _turned(context, view, row, column)
     ]
+    if len(rows) < _FEW:
+        rows = [at for at in rows if misfit[at] > _GROSS_OF_FEW]
     return [(Site(), np.array(rows, dtype=float).ravel())] if rows else []
-
-
-def _gross(misfit: Array) -> float:
-    """Standard deviations from which on a point is gross, of a detector whose errors may have long tails."""
-    plausible = misfit[misfit < _GROSS]
-    longer = float(np.quantile(plausible, 0.99)) / _ONE_IN_A_HUNDRED if plausible.size else 1.0
-    return _GROSS * max(1.0, longer) ** 2
 
 
 def _calm_in_time(misfit: Array, row: int, column: int) -> bool:
