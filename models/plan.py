@@ -14,7 +14,7 @@ from armtwin.models import atomic
 from armtwin.models.arm import Arm
 from armtwin.models.csv_table import CsvTable, finite, in_units, read_csv
 from armtwin.models.errors import InputError
-from armtwin.models.kinematics import inverse
+from armtwin.models.inverse_kinematics import inverse
 from armtwin.models.trajectories import paper_trajectories
 
 Array = NDArray[np.float64]

@@ -14,7 +14,7 @@ from armtwin.calib.diagnosis.experiment import Experiment, propose
 from armtwin.calib.diagnosis.holdout import held_out_rows
 from armtwin.models.bench import Bench
 from armtwin.models.errors import InputError
-from armtwin.models.kinematics import inverse
+from armtwin.models.inverse_kinematics import inverse
 from armtwin.models.plan import Plan, paper_plan, plan_of
 from armtwin.models.recordings.recording import Recording, make_samples
 from armtwin.models.world import World

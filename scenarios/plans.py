@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from armtwin.models.arm import Arm
 from armtwin.models.csv_table import CsvTable, finite, read_csv
 from armtwin.models.errors import InputError, UnreachablePoseError
-from armtwin.models.kinematics import inverse
+from armtwin.models.inverse_kinematics import inverse
 from armtwin.models.plan import Plan, paper_plan, read_plan, read_plan_table, trajectories_of
 
 BUILT_IN = ("paper",)

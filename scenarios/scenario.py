@@ -23,7 +23,7 @@ from armtwin.models.catalogue.injection import Stated
 from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.catalogue.site import Site
 from armtwin.models.errors import InputError, UnreachablePoseError, nearest
-from armtwin.models.kinematics import inverse
+from armtwin.models.inverse_kinematics import inverse
 from armtwin.models.trajectories import CIRCLE_CENTRE_MM, ORIENTATION_RAD, SAMPLES, circle, line
 from armtwin.models.twin import read_twin
 from armtwin.models.validation import FROM_LIST, Finite, JointError, LengthError, Positive, Strict, check, row

@@ -1,6 +1,6 @@
 """Inverse kinematics of the extended twin: the commands that bring a real arm, with its effects, to wanted poses.
 
-The geometry alone is inverted in closed form (equations 5 to 9). What the effects add depends on the commands, and for
+The geometry alone is inverted by `inverse_kinematics`. What the effects add depends on the commands, and for
 play, friction or lag on all the commands before, so the sequence is corrected as a whole: every command is moved by
 what the predicted link angle still misses, until nothing moves.
 """
@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.predict import Active, joint_angles
-from armtwin.models.kinematics import Deviation, inverse
+from armtwin.models.inverse_kinematics import inverse
+from armtwin.models.kinematics import Deviation
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from armtwin.models.atomic import folder_aside
 from armtwin.models.bench import Bench
-from armtwin.models.kinematics import Deviation, inverse
+from armtwin.models.inverse_kinematics import inverse
+from armtwin.models.kinematics import Deviation
 from armtwin.scenarios.benches.door import Session, open_bench
 from armtwin.scenarios.benches.spec import SimulatedSpec
 from armtwin.scenarios.runner.frames import Image, write_frame

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from armtwin.hardware.bench.bench_file import BenchSetup, read_bench
 from armtwin.models.bench import Bench, BenchDescription
 from armtwin.models.errors import InputError
-from armtwin.models.kinematics import inverse
+from armtwin.models.inverse_kinematics import inverse
 from armtwin.models.plan import Plan, plan_of
 from armtwin.scenarios.benches.door import Session, open_bench
 from armtwin.scenarios.benches.spec import EmulatedSpec, HardwareSpec, SimulatedSpec, bench_spec
