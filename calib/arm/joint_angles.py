@@ -11,6 +11,7 @@ from armtwin.calib.arm.observations import refuse_too_few
 from armtwin.models.errors import InputError
 from armtwin.models.kinematics import Deviation
 from armtwin.models.recordings.recording import Recording
+from armtwin.models.statistics import MAD_TO_STD
 
 Array = NDArray[np.float64]
 
@@ -18,8 +19,6 @@ Array = NDArray[np.float64]
 _FEWEST = 2
 # Angles beyond this many robust standard deviations of their joint are left out.
 _OUTLIER = 5.0
-# For normal noise the median absolute deviation is sigma / 1.4826.
-_MAD_TO_SIGMA = 1.4826
 # Noise below this is rounding of the file, rad.
 _FLOOR_RAD = 1e-9
 
@@ -40,7 +39,7 @@ def calibrate(recording: Recording, rows: NDArray[np.int64]) -> ArmCalibration:
         measured = np.flatnonzero(np.isfinite(difference[:, joint]))
         refuse_too_few(recording.arm, len(measured), _FEWEST)
         off = difference[measured, joint] - np.median(difference[measured, joint])
-        used = np.abs(off) <= _OUTLIER * max(_MAD_TO_SIGMA * float(np.median(np.abs(off))), _FLOOR_RAD)
+        used = np.abs(off) <= _OUTLIER * max(MAD_TO_STD * float(np.median(np.abs(off))), _FLOOR_RAD)
         kept = difference[measured[used], joint]
         zeros[joint], freedom[joint] = kept.mean(), len(kept) - 1
         variances[joint] = kept.var(ddof=1) / len(kept) if len(kept) > 1 else np.nan

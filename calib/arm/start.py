@@ -9,6 +9,7 @@ from armtwin.calib.arm.chain import LENGTH_SPREAD_MM, Chain
 from armtwin.calib.arm.observations import Observations
 from armtwin.models.camera import Camera, back_project
 from armtwin.models.errors import InputError
+from armtwin.models.kinematics import wrap
 
 Array = NDArray[np.float64]
 
@@ -56,7 +57,7 @@ def start(chain: Chain, observations: Observations, camera: Camera, arm_plane_z_
 def _link_parameters(chain: Chain, coefficients: NDArray[np.complex128], drawn: NDArray[np.complex128]) -> Array:
     """Lengths by modulus, joint zeros by the difference of arguments; the last link keeps its drawn angle."""
     turns = np.angle(coefficients / np.where(drawn == 0, 1.0, drawn))
-    joints = np.angle(np.exp(1j * np.diff(turns, prepend=0.0)))
+    joints = wrap(np.diff(turns, prepend=0.0))
     if chain.arm.has_tip_offset:
         scale = abs(coefficients[-1]) / max(abs(drawn[-1]), 1e-12)
         l4, l5 = chain.arm.link_lengths_mm[-2:]

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.calib.camera.coverage import Coverage
+from armtwin.models.statistics import MAD_TO_STD
 
 Array = NDArray[np.float64]
 
@@ -16,7 +17,6 @@ Array = NDArray[np.float64]
 # many times the median, so that views which are all alike do not lose their last.
 _POOR_SIGMAS = 3.5
 _POOR_TIMES = 1.5
-_SIGMA_OF_MAD = 1.4826  # normal distribution: standard deviation over median absolute deviation
 # Below this many views more are wanted; the paper took twenty.
 ENOUGH_VIEWS = 10
 # Distortion grows with the third to seventh power of the distance from the centre, so it has to be seen far out.
@@ -63,7 +63,7 @@ def poor_views(per_view_rms_px: Array) -> NDArray[np.bool_]:
     At least three views are always left: the worst beyond that number are kept to be judged again with better company.
     """
     median = np.median(per_view_rms_px)
-    sigma = _SIGMA_OF_MAD * np.median(np.abs(per_view_rms_px - median))
+    sigma = MAD_TO_STD * np.median(np.abs(per_view_rms_px - median))
     limit = max(median + _POOR_SIGMAS * sigma, _POOR_TIMES * median)
     poor = per_view_rms_px > limit
     poor[np.argsort(per_view_rms_px)[:3]] = False

@@ -12,7 +12,7 @@ from armtwin.calib.diagnosis.fit import Data, Fit, evaluate, fit
 from armtwin.calib.diagnosis.repairs import find_explained
 from armtwin.calib.diagnosis.screen import Screen, best_start
 from armtwin.models.catalogue.predict import Active
-from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage, catalogue
+from armtwin.models.catalogue.registry import Effect, Site, Stage, catalogue
 
 Array = NDArray[np.float64]
 
@@ -81,19 +81,13 @@ def _best_refined(data: Data, base: Fit, fitted: list[CandidateModel]) -> list[C
     best = fitted[0]
     context, active = data.problem.context, best.active
     around = [Active(active.effect, active.site, v) for v in active.effect.starts(context, active.site, active.values)]
-    start = best_start(
-        Screen(data, evaluate(data, best.fit.g, best.fit.effects[:-1], _parameters(data, best.fit))), around
-    )
+    start = best_start(Screen(data, evaluate(data, best.fit.g, best.fit.effects[:-1])), around)
     if start is None:
         return fitted
     again = fit(data, best.fit.g, (*best.fit.effects[:-1], start[1]))
     if again.deviance > best.fit.deviance - _WORTH_A_LOOK:
         return fitted
     return [CandidateModel(again.effects[-1], again, best.complexity), *fitted[1:]]
-
-
-def _parameters(data: Data, model: Fit) -> list[tuple[Parameter, ...]]:
-    return [one.effect.parameters(data.problem.context, one.site) for one in model.effects[:-1]]
 
 
 def fit_without(data: Data, model: Fit, active: Active) -> Fit:
@@ -132,8 +126,7 @@ def _suggested(data: Data, g: Array, others: tuple[Active, ...], active: Active)
     """Return starts of an effect that the residual of a model without it suggests."""
     assert active.effect.screen is not None
     context = data.problem.context
-    parameters = [other.effect.parameters(context, other.site) for other in others]
-    evidence = Screen(data, evaluate(data, g, others, parameters)).evidence
+    evidence = Screen(data, evaluate(data, g, others)).evidence
     return [Active(active.effect, active.site, v) for v in active.effect.screen(context, active.site, evidence)]
 
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from armtwin.calib.diagnosis.linearisation import Linearisation, Smooth, linearise, smooth_parameters
 from armtwin.calib.diagnosis.problem import Problem
 from armtwin.models.catalogue.predict import Active
-from armtwin.models.catalogue.registry import Parameter
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]
@@ -65,17 +65,16 @@ class Fit:
 def fit(data: Data, g: Array, effects: Sequence[Active], iterations: int = _ITERATIONS) -> Fit:
     """Fit geometry and all smooth parameters of `effects` from a start; scanned parameters stay as they are."""
     problem = data.problem
-    parameters = [active.effect.parameters(problem.context, active.site) for active in effects]
-    free = [[k for k, parameter in enumerate(declared) if not parameter.scanned] for declared in parameters]
-    state = evaluate(data, g, effects, parameters)
+    smooth = smooth_parameters(problem, effects)
+    state = evaluate(data, g, effects)
     for _ in range(iterations):
-        A, b, room = _normal_equations(problem, state, parameters, free, *_linearise(data, state, parameters, free))
+        A, b, room = _normal_equations(data, state, linearise(data, state, smooth))
         better = None
         for damping, scale in _TRIALS:
             step = _step(A, b, room, damping)
             if float(b @ step) < _CONVERGED:  # the gain that the step promises
                 return state
-            trial = evaluate(data, *_moved(state, parameters, free, scale * step), parameters)
+            trial = evaluate(data, *_moved(state, smooth, scale * step))
             if trial.deviance < state.deviance:
                 better = trial
                 break
@@ -90,11 +89,7 @@ def fit(data: Data, g: Array, effects: Sequence[Active], iterations: int = _ITER
 
 def degrees_of_freedom(data: Data, model: Fit) -> int:
     """Values minus parameters."""
-    smooth = sum(
-        sum(not p.scanned for p in active.effect.parameters(data.problem.context, active.site))
-        for active in model.effects
-    )
-    return max(data.n_values - len(model.g) - smooth, 1)
+    return max(data.n_values - len(model.g) - len(smooth_parameters(data.problem, model.effects)), 1)
 
 
 def excess_of(data: Data, model: Fit) -> float:
@@ -109,69 +104,34 @@ def point_misfit(data: Data, residual: Array) -> Array:
     return np.where(data.counts, np.minimum(squares, limit), 0.0)
 
 
-def evaluate(data: Data, g: Array, effects: Sequence[Active], parameters: Sequence[tuple[Parameter, ...]]) -> Fit:
+def evaluate(data: Data, g: Array, effects: Sequence[Active]) -> Fit:
     """Return a model as it stands, without fitting anything."""
     problem = data.problem
     residual = problem.observed - problem.predict(g, effects)
     misfit = point_misfit(data, residual)
     prior = float((((g - problem.nominal) / problem.prior_std) ** 2).sum())
-    for active, declared in zip(effects, parameters, strict=True):
-        prior += sum((p.pull(active.values[k]) / p.prior_std) ** 2 for k, p in enumerate(declared) if not p.scanned)
+    for one in smooth_parameters(problem, effects):
+        prior += (one.parameter.pull(effects[one.index].values[one.k]) / one.parameter.prior_std) ** 2
     return Fit(g, tuple(effects), float(misfit.sum()) + prior, misfit, residual)
 
 
-def _linearise(
-    data: Data, state: Fit, parameters: Sequence[tuple[Parameter, ...]], free: Sequence[Sequence[int]]
-) -> tuple[Array, Array, Array]:
-    """Whitened Jacobian (V, p), residual (V,) and weights (V,) of the counted values at `state`."""
-    problem = data.problem
-    predicted, by_g = problem.predict_with_jacobian(state.g, state.effects)
-    counts = data.counts
-    columns = [by_g[counts].reshape(-1, by_g.shape[-1])]
-    for index, (active, declared) in enumerate(zip(state.effects, parameters, strict=True)):
-        for k in free[index]:
-            step = difference_step(declared[k], active.values[k])
-            values = active.values.copy()
-            values[k] += step
-            moved = list(state.effects)
-            moved[index] = replace(active, values=values)
-            slope = (problem.predict(state.g, moved) - predicted) / step
-            columns.append(slope[counts].reshape(-1, 1))
-    J = np.concatenate(columns, axis=1) / data.noise
-    r = (problem.observed - predicted)[counts].reshape(-1) / data.noise
-    d = problem.observed.shape[-1]
-    inside = state.misfit[counts] < d * data.cap**2
-    return J, r, np.repeat(inside.astype(float), d)
+def _normal_equations(data: Data, state: Fit, at: Linearisation) -> tuple[Array, Array, Array]:
+    """Matrix (p, p) and right-hand side (p,) with the priors, and the room (p, 2) that the bounds leave each step.
 
-
-def difference_step(parameter: Parameter, value: float) -> float:
-    """Size of a one-sided difference, away from the nearer bound."""
-    low, high = parameter.bounds
-    step = 1e-4 * parameter.prior_std
-    return step if value + step <= high and (value - low <= high - value) else -step
-
-
-def _normal_equations(
-    problem: Problem,
-    state: Fit,
-    parameters: Sequence[tuple[Parameter, ...]],
-    free: Sequence[Sequence[int]],
-    J: Array,
-    r: Array,
-    weights: Array,
-) -> tuple[Array, Array, Array]:
-    """Matrix (p, p) and right-hand side (p,) with the priors, and the room (p, 2) that the bounds leave each step."""
-    offsets, precisions = [problem.nominal - state.g], [problem.prior_std**-2.0]
-    room = [np.full((len(state.g), 2), [-np.inf, np.inf])]
-    for active, declared, which in zip(state.effects, parameters, free, strict=True):
-        offsets.append(np.array([declared[k].pull(active.values[k]) for k in which]))
-        precisions.append(np.array([declared[k].prior_std ** -2.0 for k in which]))
-        room.append(np.array([np.array(declared[k].bounds) - active.values[k] for k in which]).reshape(-1, 2))
-    precision = np.concatenate(precisions)
-    weighted = J * weights[:, None]
-    A = weighted.T @ J
-    A[np.diag_indices_from(A)] += precision
-    return A, weighted.T @ r + precision * np.concatenate(offsets), np.concatenate(room)
+    Points beyond the cap pull on nothing.
+    """
+    d = data.problem.observed.shape[-1]
+    inside = state.misfit[data.counts] < d * data.cap**2
+    weighted = at.J * np.repeat(inside.astype(float), d)[:, None]
+    values = [state.effects[one.index].values[one.k] for one in at.smooth]
+    pulls = [one.parameter.pull(value) for one, value in zip(at.smooth, values, strict=True)]
+    offset = np.concatenate([data.problem.nominal - state.g, pulls])
+    room = np.full((len(offset), 2), [-np.inf, np.inf])
+    for row, (one, value) in enumerate(zip(at.smooth, values, strict=True), start=len(state.g)):
+        room[row] = np.array(one.parameter.bounds) - value
+    A = weighted.T @ at.J
+    A[np.diag_indices_from(A)] += at.precision
+    return A, weighted.T @ at.r + at.precision * offset, room
 
 
 def _step(A: Array, b: Array, room: Array, damping: float) -> Array:
@@ -200,17 +160,10 @@ def _reduced_step(A: Array, b: Array, held: Bool) -> Array:
     return step
 
 
-def _moved(
-    state: Fit, parameters: Sequence[tuple[Parameter, ...]], free: Sequence[Sequence[int]], step: Array
-) -> tuple[Array, tuple[Active, ...]]:
-    """Return geometry and effects after a step, kept inside the bounds."""
-    g = state.g + step[: len(state.g)]
-    at = len(state.g)
-    effects = []
-    for active, declared, which in zip(state.effects, parameters, free, strict=True):
-        values = active.values.copy()
-        for k in which:
-            values[k] = np.clip(values[k] + step[at], *declared[k].bounds)
-            at += 1
-        effects.append(replace(active, values=values))
-    return g, tuple(effects)
+def _moved(state: Fit, smooth: Sequence[Smooth], step: Array) -> tuple[Array, tuple[Active, ...]]:
+    """Return geometry and effects after a step (p,), kept inside the bounds."""
+    values = [active.values.copy() for active in state.effects]
+    for one, change in zip(smooth, step[len(state.g) :], strict=True):
+        values[one.index][one.k] = np.clip(values[one.index][one.k] + change, *one.parameter.bounds)
+    effects = (replace(active, values=moved) for active, moved in zip(state.effects, values, strict=True))
+    return state.g + step[: len(state.g)], tuple(effects)

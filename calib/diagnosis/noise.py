@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.calib.diagnosis.problem import Problem
+from armtwin.models.statistics import MAD_TO_STD
 
 Array = NDArray[np.float64]
 
 # Median absolute deviation of a Gaussian to its standard deviation.
-MAD_TO_STD = 1.4826
 # Angles read off a scale or an encoder are no better than this, and a noise of zero would make every test infinite.
 _LEAST_NOISE_RAD = 1e-5
 _LEAST_NOISE_PX = 1e-3

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import linalg
 
-from armtwin.calib.diagnosis.fit import Data, Fit, difference_step
+from armtwin.calib.diagnosis.fit import Data, Fit
+from armtwin.calib.diagnosis.linearisation import difference_step
 from armtwin.models.catalogue.predict import Active, joint_angles
 from armtwin.models.catalogue.registry import Evidence, Parameter, Stage
 

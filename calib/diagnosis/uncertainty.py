@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.calib.diagnosis.fit import Data, Fit, difference_step, point_misfit
-from armtwin.models.catalogue.predict import Active
+from armtwin.calib.diagnosis.fit import Data, Fit, point_misfit
+from armtwin.calib.diagnosis.linearisation import linearise, stepped
 from armtwin.models.catalogue.registry import Parameter
 from armtwin.models.catalogue.scan import fan_about
 
@@ -36,16 +36,10 @@ def uncertainty(data: Data, model: Fit) -> Uncertainty:
     A covariance that assumes the model is right is wrong exactly when it matters. The sandwich over runs of poses (W.
     Newey and K. West, Econometrica 55, 1987, with a rectangular window) does not; of both the larger is reported.
     """
-    context = data.problem.context
-    parameters = [active.effect.parameters(context, active.site) for active in model.effects]
-    J, r, pose = whitened(data, model, parameters)
-    precision = np.concatenate(
-        [
-            data.problem.prior_std**-2.0,
-            *([p.prior_std**-2.0 for p in declared if not p.scanned] for declared in parameters),
-        ]
-    )
-    A = J.T @ J + np.diag(precision)
+    at = linearise(data, model)
+    J, r = at.J, at.r
+    _, pose = np.unique(at.rows, return_inverse=True)
+    A = at.curvature
     scale = 1.0 / np.sqrt(np.diag(A))
     inverse = np.linalg.pinv(A * scale[:, None] * scale, rcond=1e-14, hermitian=True) * scale[:, None] * scale
     free = max(len(r) - J.shape[1], 1)
@@ -57,44 +51,17 @@ def uncertainty(data: Data, model: Fit) -> Uncertainty:
     widen = np.sqrt(np.maximum(1.0, np.diag(sandwich) / np.diag(covariance)))
     covariance = covariance * widen[:, None] * widen
     std = np.sqrt(np.diag(covariance))
-    at = len(model.g)
+    smooth = {(one.index, one.k): value for one, value in zip(at.smooth, std[len(model.g) :], strict=True)}
     effects_std = []
-    for index, declared in enumerate(parameters):
-        values = np.zeros(len(declared))
-        for k, parameter in enumerate(declared):
-            if parameter.scanned:
-                values[k] = _scanned_std(data, model, index, k, parameter)
-            else:
-                values[k] = std[at]
-                at += 1
-        effects_std.append(values)
+    for index, active in enumerate(model.effects):
+        parameters = active.effect.parameters(data.problem.context, active.site)
+        scanned = {
+            k: _scanned_std(data, model, index, k, parameter)
+            for k, parameter in enumerate(parameters)
+            if parameter.scanned
+        }
+        effects_std.append(np.array([scanned[k] if k in scanned else smooth[index, k] for k in range(len(parameters))]))
     return Uncertainty(covariance, std[: len(model.g)], tuple(effects_std))
-
-
-def whitened(data: Data, model: Fit, parameters: list[tuple[Parameter, ...]]) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Jacobian (V, p), residual (V,) over the noise, and the pose (V,) of each counted value, counted from 0."""
-    predicted, by_g = data.problem.predict_with_jacobian(model.g, model.effects)
-    counts = data.counts
-    columns = [by_g[counts].reshape(-1, by_g.shape[-1])]
-    for index, (active, declared) in enumerate(zip(model.effects, parameters, strict=True)):
-        for k, parameter in enumerate(declared):
-            if not parameter.scanned:
-                step = difference_step(parameter, active.values[k])
-                slope = (data.problem.predict(model.g, _with(model.effects, index, k, step)) - predicted) / step
-                columns.append(slope[counts].reshape(-1, 1))
-    d = data.problem.observed.shape[-1]
-    rows = np.repeat(np.nonzero(counts)[0], d)
-    _, pose = np.unique(rows, return_inverse=True)
-    residual = (data.problem.observed - predicted)[counts].reshape(-1)
-    return np.concatenate(columns, axis=1) / data.noise, residual / data.noise, pose.astype(np.int64)
-
-
-def _with(effects: tuple[Active, ...], index: int, k: int, step: float) -> list[Active]:
-    moved = list(effects)
-    values = moved[index].values.copy()
-    values[k] += step
-    moved[index] = replace(moved[index], values=values)
-    return moved
 
 
 def _scanned_std(data: Data, model: Fit, index: int, k: int, parameter: Parameter) -> float:
@@ -103,7 +70,7 @@ def _scanned_std(data: Data, model: Fit, index: int, k: int, parameter: Paramete
     fitted = float(model.effects[index].values[k])
 
     def misfit(step: float) -> float:
-        residual = data.problem.observed - data.problem.predict(model.g, _with(model.effects, index, k, step))
+        residual = data.problem.observed - data.problem.predict(model.g, stepped(model.effects, index, k, step))
         return float(point_misfit(data, residual).sum()) - float(model.misfit.sum())
 
     whole = high - low >= 2 and fitted.is_integer()

@@ -17,11 +17,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from armtwin.calib.markers.disc import Array, Mask
+from armtwin.models.statistics import MAD_TO_STD
 
 # Biweight constant: 95 % efficient on Gaussian residuals (Huber and Ronchetti, Robust Statistics, 2009).
 _BIWEIGHT = 4.685
 # Median absolute deviation to standard deviation of a Gaussian.
-_MAD_TO_STD = 1.4826
 # Residuals below this, px over radius, are rounding: the scale of a perfect fit is not allowed to reach zero.
 _LEAST_SCALE = 2e-5
 # Keeps a disc without edge points solvable (to a point); 1e-9 of the weight of one edge point.
@@ -118,7 +118,7 @@ def _robust_scale(residuals: Array, mask: Mask) -> Array:
     size = np.where(mask, np.abs(residuals), np.nan)
     size = np.sort(size, axis=1)  # NaN last
     middle = np.maximum(mask.sum(axis=1), 1) // 2
-    return np.maximum(_MAD_TO_STD * np.nan_to_num(size[np.arange(len(size)), middle]), _LEAST_SCALE)
+    return np.maximum(MAD_TO_STD * np.nan_to_num(size[np.arange(len(size)), middle]), _LEAST_SCALE)
 
 
 def _biweight(standardised: Array) -> Array:

@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.camera import back_project
-from armtwin.models.kinematics import complex_links
+from armtwin.models.kinematics import complex_links, wrap
 from armtwin.models.recordings.recording import Recording
+from armtwin.models.statistics import MAD_TO_STD
 
 Array = NDArray[np.float64]
 
@@ -23,7 +24,6 @@ _REWEIGHTINGS = 15
 _SMALL_MM = 0.05
 # The drawing holds what the poses leave open, mm: far wider than any arm is off.
 _DRAWN_MM = 300.0
-_MAD_TO_STD = 1.4826
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class Remainder:
     def spreads(self, rows: NDArray[np.bool_]) -> Array:
         """(M,) typical distance of each channel over rows (N,), by medians; 0 where it is not seen."""
         seen = [column[np.isfinite(column)] for column in self.errors[rows].T]
-        return np.array([_MAD_TO_STD * np.median(values) if len(values) else 0.0 for values in seen])
+        return np.array([MAD_TO_STD * np.median(values) if len(values) else 0.0 for values in seen])
 
 
 def remainder_of(recording: Recording) -> Remainder:
@@ -76,7 +76,7 @@ def _of_markers(recording: Recording) -> Remainder:
     solution = _reweighted(A.reshape(-1, A.shape[-1]), w.ravel(), np.abs(drawn))
     errors = np.abs(w - A @ solution)
     turns = np.angle(solution[1:])
-    return Remainder(errors, solution[1:], np.angle(np.exp(1j * np.diff(turns, prepend=0.0))))
+    return Remainder(errors, solution[1:], wrap(np.diff(turns, prepend=0.0)))
 
 
 def _reweighted(A: NDArray[np.complex128], w: NDArray[np.complex128], drawn_mm: Array) -> NDArray[np.complex128]:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from armtwin.calib.diagnosis.diagnosis import Diagnosis
 from armtwin.calib.diagnosis.holdout import in_millimetres
 from armtwin.calib.diagnosis.problem import Problem
+from armtwin.models.kinematics import wrap
 from armtwin.models.recordings.recording import Recording
 from armtwin.models.twin import Twin, rebuild
 from armtwin.scenarios.diagnosis.remainder import sightings
@@ -64,7 +65,7 @@ def compare(diagnosis: Diagnosis, twin: Twin, recording: Recording) -> Resimulat
 
 def _length_mm(problem: Problem, g: Array, residual: Array) -> Array:
     if not problem.is_pixels:  # angles may differ by whole turns
-        residual = np.angle(np.exp(1j * residual))
+        residual = wrap(residual)
     return np.sqrt((in_millimetres(problem, g, residual) ** 2).sum(axis=-1))
 
 

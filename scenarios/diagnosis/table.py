@@ -7,6 +7,7 @@ from typing import Any
 from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause
 from armtwin.calib.diagnosis.experiment import Experiment
 from armtwin.calib.setup.screen import Screened
+from armtwin.scenarios.diagnosis.causes import cause_table
 from armtwin.scenarios.diagnosis.findings import estimates_of
 
 SCHEMA = "armtwin.diagnosis/1"
@@ -55,16 +56,5 @@ def diagnosis_table(
 
 
 def _cause(cause: NamedCause, diagnosis: Diagnosis) -> dict[str, Any]:
-    site = cause.active.site
-    return {
-        "effect": cause.active.effect.name,
-        "joint": site.joint,
-        "marker": site.marker,
-        "parameters": {
-            name: {"value": estimate.value, "std": estimate.std}
-            for name, estimate in estimates_of(cause, diagnosis).items()
-        },
-        "equivalents": [{"effect": other.effect.name, "joint": other.site.joint} for other in cause.equivalents],
-        "p_value": cause.p_value,
-        "explained_percent": cause.explained_percent,
-    }
+    estimates = estimates_of(cause, diagnosis).items()
+    return cause_table(cause, {name: {"value": one.value, "std": one.std} for name, one in estimates})

@@ -7,11 +7,10 @@ import numpy as np
 from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause
 from armtwin.calib.diagnosis.experiment import Experiment
 from armtwin.models.catalogue.registry import Parameter, Stage, effect_named
+from armtwin.models.statistics import Z95
 from armtwin.scenarios.diagnosis.findings import Estimate, estimates_of
 from armtwin.scenarios.diagnosis.resimulate import Resimulation
 
-# Half width of a 95 % interval in standard deviations.
-_Z95 = 1.96
 _ANY = (0.0, np.inf)
 # Bounds of scanned parameters that only say which of two ways something is.
 _SWITCHES = ((0.0, 1.0), (-1.0, 1.0))
@@ -143,7 +142,7 @@ def _value(name: str, estimate: Estimate) -> str:
 
 def _interval(estimate: Estimate, bounds: tuple[float, float]) -> str:
     """Write the interval within what is physically possible; a dash where none is known."""
-    reach = _Z95 * estimate.std
+    reach = Z95 * estimate.std
     if not np.isfinite(reach) or reach < _EXACT * max(abs(estimate.value), 1.0):
         return "–"
     low, high = np.clip([estimate.value - reach, estimate.value + reach], *bounds)

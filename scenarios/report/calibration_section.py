@@ -8,6 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 from markupsafe import Markup
 
+from armtwin.models.statistics import Z95
 from armtwin.scenarios.report.data import RunData
 from armtwin.scenarios.report.section import Section, number, plot, prose, table
 from armtwin.scenarios.report.style import COLOURS, figure
@@ -104,7 +105,7 @@ def _errors(found: dict[str, Any]) -> go.Figure:
         fig.add_scatter(
             x=[_SYMBOLS[row["parameter"]] for row, _, _ in last],
             y=[scale * (estimate["value"] - row[truth]) for row, estimate, scale in last],
-            error_y={"type": "data", "array": [1.96 * scale * (e["std"] or 0.0) for _, e, scale in last]},
+            error_y={"type": "data", "array": [Z95 * scale * (e["std"] or 0.0) for _, e, scale in last]},
             mode="markers",
             marker={"size": 9, "color": colour},
             name=f"{label}, all trajectories",

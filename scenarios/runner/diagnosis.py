@@ -12,8 +12,10 @@ from scipy.spatial.transform import Rotation
 from armtwin.calib.diagnosis.diagnosis import Diagnosis, NamedCause
 from armtwin.models.camera import Camera
 from armtwin.models.catalogue.correct import Correction, corrected_commands
-from armtwin.models.catalogue.predict import camera_path
+from armtwin.models.catalogue.predict import Active, camera_path
 from armtwin.models.recordings.writer import camera_table
+from armtwin.models.statistics import Z95
+from armtwin.scenarios.diagnosis.causes import cause_table, place_of
 from armtwin.scenarios.diagnosis.findings import estimates_of
 from armtwin.scenarios.diagnosis.pipeline import report_on, write_report
 from armtwin.scenarios.diagnosis.sections import DiagnosisReport, diagnosis_sections
@@ -28,8 +30,6 @@ Array = NDArray[np.float64]
 
 # What `armtwin diagnose` writes, beside the run's own files.
 FOLDER = "diagnosis"
-# Half width of a 95 % interval in standard deviations.
-_Z95 = 1.96
 
 
 def diagnose_arm(job: Job, tick: Tick) -> dict[str, Any]:
@@ -89,7 +89,7 @@ def _cause(cause: NamedCause, diagnosis: Diagnosis) -> dict[str, Any]:
     parameters = []
     for name, estimate in estimates_of(cause, diagnosis).items():
         bounds = known[name].bounds if name in known else (0.0, np.inf)
-        reach = _Z95 * estimate.std
+        reach = Z95 * estimate.std
         interval = np.clip([estimate.value - reach, estimate.value + reach], *bounds)
         switch = name in known and known[name].scanned
         parameters.append(
@@ -102,18 +102,11 @@ def _cause(cause: NamedCause, diagnosis: Diagnosis) -> dict[str, Any]:
                 "unstated": None if switch or name not in known else known[name].off,
             }
         )
-    return {
-        "effect": effect.name,
-        "joint": site.joint,
-        "marker": site.marker,
-        "label": cause.active.label,
-        "explained_percent": cause.explained_percent,
-        "equivalents": [
-            {"effect": other.effect.name, "joint": other.site.joint, "marker": other.site.marker, "label": other.label}
-            for other in cause.equivalents
-        ],
-        "parameters": parameters,
-    }
+    return cause_table(cause, parameters, _labelled)
+
+
+def _labelled(active: Active) -> dict[str, Any]:
+    return place_of(active) | {"label": active.label}
 
 
 def _words(report: DiagnosisReport) -> dict[str, Any]:

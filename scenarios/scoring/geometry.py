@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from armtwin.models.arm import Arm
-from armtwin.scenarios.scoring.judge import INTERVAL
+from armtwin.models.statistics import Z95
 
 
 def true_geometry(arm: Arm, truth: Mapping[str, Any]) -> dict[str, float]:
@@ -27,7 +27,7 @@ def geometry_covered(arm: Arm, truth: Mapping[str, Any], geometry: Mapping[str, 
     """By parameter, whether value ± 1.96 std holds the truth."""
     true = true_geometry(arm, truth)
     return {
-        name: abs(interval["value"] - true[name]) <= INTERVAL * interval["std"]
+        name: abs(interval["value"] - true[name]) <= Z95 * interval["std"]
         for name, interval in geometry.items()
         if name in true
     }

@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 
 from armtwin.models.catalogue.registry import catalogue
+from armtwin.models.kinematics import wrap
+from armtwin.models.statistics import Z95
 
 Table = Mapping[str, Any]
 
 # A tie names no cause any more where it holds more than this.
 MOST_TIED = 3
-INTERVAL = 1.96  # standard deviations to either side: 95 % of a Gaussian
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ class Judgement:
     @property
     def covered(self) -> dict[str, bool]:
         """By `effect.parameter`, whether value ± 1.96 std holds the truth."""
-        return {name: abs(miss) <= INTERVAL for name, miss in self.misses.items()}
+        return {name: abs(miss) <= Z95 for name, miss in self.misses.items()}
 
 
 def judge(truth: Table, outcome: Table) -> Judgement:
@@ -143,7 +144,7 @@ def _misses(expected: Sequence[Table], causes: Sequence[Table]) -> dict[str, flo
                     continue  # no number, or one that the bench that made the world does not have
                 miss = interval["value"] - real
                 if name == "phase_rad":
-                    miss = float(np.angle(np.exp(1j * miss)))
+                    miss = float(wrap(np.asarray(miss)))
                 misses[f"{effect['effect']}.{name}"] = miss / max(interval["std"], 1e-12)
     return misses
 

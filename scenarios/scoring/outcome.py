@@ -23,6 +23,7 @@ from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.predict import Active
 from armtwin.models.catalogue.registry import registered_files
 from armtwin.models.recordings.reader import read_recording
+from armtwin.scenarios.diagnosis.causes import cause_table, place_of
 from armtwin.scenarios.scoring.sealing import world_folder
 
 Array = NDArray[np.float64]
@@ -122,17 +123,11 @@ def outcome_of(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def _cause(cause: NamedCause, context: Context) -> dict[str, Any]:
-    return {
-        **_site(cause.active, context),
-        "parameters": _intervals(cause, context),
-        "equivalents": [_site(other, context) for other in cause.equivalents],
-        "p_value": cause.p_value,
-        "explained_percent": cause.explained_percent,
-    }
+    return cause_table(cause, _intervals(cause, context), lambda active: _site(active, context))
 
 
 def _site(active: Active, context: Context) -> dict[str, Any]:
-    site: dict[str, Any] = {"effect": active.effect.name, "joint": active.site.joint, "marker": active.site.marker}
+    site = place_of(active)
     partner = active.effect.partner
     return (
         site if partner is None else site | {partner: active.effect.built(context, active.site, active.values)[partner]}

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from armtwin.models.catalogue.injection import shifted_samples
 from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.errors import InputError
-from armtwin.models.kinematics import forward
+from armtwin.models.kinematics import forward, wrap
 from armtwin.models.plan import Plan
 from armtwin.models.reach import reach, tip_errors, tip_slopes
 from armtwin.models.tabular import html_table
@@ -142,7 +142,7 @@ class _Aim:
     def step(self, run: _Run, command: Array) -> Array:
         """(N, n) by how much to move the commands."""
         if self.q is not None:
-            return _wrapped(self.q - run.q)
+            return wrap(self.q - run.q)
         theta = None if np.isnan(self.goal[:, 2]).all() else self.goal[:, 2]
         errors = tip_errors(self.goal[:, :2], theta, run.tip)
         slopes = tip_slopes(self.twin.arm, command, theta is not None, self.twin.deviation)
@@ -155,7 +155,7 @@ class _Aim:
 
     def miss_rad(self, run: _Run) -> Array:
         assert self.q is not None
-        out: Array = np.abs(_wrapped(self.q - run.q)).max(axis=1)
+        out: Array = np.abs(wrap(self.q - run.q)).max(axis=1)
         return out
 
     def cost(self, run: _Run) -> Array:
@@ -201,8 +201,3 @@ def _notes(twin: Twin) -> tuple[str, ...]:
     if "settling_lag" in names:
         notes.append("settling_lag: the arm is given the time that it needs")
     return tuple(notes)
-
-
-def _wrapped(angle: Array) -> Array:
-    out: Array = np.angle(np.exp(1j * angle))
-    return out

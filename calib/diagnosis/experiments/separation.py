@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from armtwin.calib.diagnosis.experiments.poses import CandidatePlan
 from armtwin.calib.diagnosis.experiments.rivals import Rivals
 from armtwin.calib.diagnosis.fit import Data, Fit, fit
-from armtwin.calib.diagnosis.uncertainty import whitened
+from armtwin.calib.diagnosis.linearisation import linearise
 
 Array = NDArray[np.float64]
 
@@ -81,21 +81,13 @@ class _Refit:
     """What a model leaves of a change of the new observations once it was refitted."""
 
     def __init__(self, at: Extended, model: Fit) -> None:
-        context = at.data.problem.context
-        parameters = [active.effect.parameters(context, active.site) for active in model.effects]
         # The new observations are unknown and so are residuals there; only the derivative is wanted.
         known = np.where(np.isfinite(at.data.problem.observed), at.data.problem.observed, 0.0)
         data = replace(at.data, problem=replace(at.data.problem, observed=known))
-        J, _, _ = whitened(data, model, parameters)
+        fitted = linearise(data, model)
         old = int(at.data.counts[: at.n_old].sum()) * at.data.problem.observed.shape[-1]
-        precision = np.concatenate(
-            [
-                data.problem.prior_std**-2.0,
-                *([p.prior_std**-2.0 for p in declared if not p.scanned] for declared in parameters),
-            ]
-        )
-        self._J = J[old:]
-        self._A = J.T @ J + np.diag(precision)
+        self._J = fitted.J[old:]
+        self._A = fitted.curvature
 
     def left_over(self, change: Array) -> float:
         """Deviance that remains of a change (V,) in standard deviations."""
