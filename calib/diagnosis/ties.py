@@ -33,4 +33,4 @@ def tied(data: Data, best: CandidateModel, other: CandidateModel, excess: float,
     runs = max(4, int(np.sqrt(len(by_pose))))
     sums = np.array([part.sum() for part in np.array_split(by_pose, runs)])
     spread = float(sums.std(ddof=1) * np.sqrt(runs))
-    return difference < _SMALL_SHARE * excess and difference < _VUONG * spread
+    return bool(difference < _SMALL_SHARE * excess and difference < _VUONG * spread)
