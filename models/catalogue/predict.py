@@ -13,7 +13,6 @@ from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.effect import Effect
 from armtwin.models.catalogue.points import Geometry, PointState
 from armtwin.models.catalogue.site import Site
-from armtwin.models.coordinate_frames import robot_to_board
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -86,12 +85,3 @@ def camera_path(context: Context, effects: Sequence[Active]) -> CameraPath:
         if (term := active.effect.camera_term) is not None:
             path = term(context, path, active.values, active.site)
     return path
-
-
-def predict_pixels(context: Context, geometry: Geometry, effects: Sequence[Active], base_in_board_mm: Array) -> Array:
-    """(N, M, 2) raw pixels of the context's markers."""
-    if context.camera is None:
-        raise ValueError("a context without a camera predicts no pixels")
-    q = joint_angles(context, effects)
-    points = marker_points(context, geometry, q, effects)
-    return camera_path(context, effects).project(context.camera, robot_to_board(points, base_in_board_mm))

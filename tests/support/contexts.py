@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any
@@ -14,8 +15,9 @@ from armtwin.models.camera import Camera
 from armtwin.models.camera_files import nominal_camera
 from armtwin.models.catalogue.context import Context, nominal_links
 from armtwin.models.catalogue.points import Geometry
-from armtwin.models.catalogue.predict import Active, joint_angles, predict_pixels
+from armtwin.models.catalogue.predict import Active, camera_path, joint_angles, marker_points
 from armtwin.models.catalogue.registry import Parameter, Site, effect_named
+from armtwin.models.coordinate_frames import robot_to_board
 
 Array = NDArray[np.float64]
 
@@ -67,7 +69,14 @@ def drawn(context: Context) -> Geometry:
 
 def pixels(context: Context, *effects: Active) -> Array:
     """(N, M, 2) pixels of the drawn arm with effects."""
-    return predict_pixels(context, drawn(context), effects, BASE_MM)
+    return predicted_pixels(context, drawn(context), effects, BASE_MM)
+
+
+def predicted_pixels(context: Context, geometry: Geometry, effects: Sequence[Active], base_in_board_mm: Array) -> Array:
+    """(N, M, 2) raw pixels of the context's markers."""
+    assert context.camera is not None
+    points = marker_points(context, geometry, joint_angles(context, effects), effects)
+    return camera_path(context, effects).project(context.camera, robot_to_board(points, base_in_board_mm))
 
 
 def active(name: str, values: Any, joint: int | None = None, marker: str | None = None) -> Active:

@@ -3,9 +3,8 @@
 import numpy as np
 
 from armtwin.models.catalogue.points import Geometry
-from armtwin.models.catalogue.predict import predict_pixels
 from armtwin.models.catalogue.registry import Site, effect_named
-from tests.support.contexts import BASE_MM, active, context_of, drawn, pixels
+from tests.support.contexts import BASE_MM, active, context_of, drawn, pixels, predicted_pixels
 
 
 def test_it_looks_exactly_like_all_links_and_the_base_s_place_scaled_together() -> None:
@@ -19,7 +18,7 @@ def test_it_looks_exactly_like_all_links_and_the_base_s_place_scaled_together() 
     base = centre[:2] + scale * (BASE_MM[:2] - centre[:2])
     geometry = drawn(context)
     scaled = Geometry(geometry.base_mm, scale * geometry.links, scale * geometry.corner)
-    seen = predict_pixels(context, scaled, (), np.array([*base, BASE_MM[2]]))
+    seen = predicted_pixels(context, scaled, (), np.array([*base, BASE_MM[2]]))
     np.testing.assert_allclose(pixels(context, active("plane_offset", [offset])), seen, atol=1e-6)
 
 
