@@ -2,6 +2,10 @@
 
 The term is Dahl's model of friction without velocity (P. Dahl, "A solid friction model", 1968): after a reversal the
 lag approaches its saturated value exponentially over the travelled angle.
+
+Known forms: bristles or asperities that yield one after another (Maxwell slip), a lag that grows exponentially after a
+reversal (Dahl), both with the same saturated lag. Covered: those two. Not covered: a lag that depends on speed or load,
+or that relaxes while the arm rests (`unknown` where plain).
 """
 
 from __future__ import annotations

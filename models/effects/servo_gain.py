@@ -1,4 +1,9 @@
-"""The servo turns a wrong fraction of what is commanded."""
+"""The servo turns a wrong fraction of what is commanded.
+
+Known forms: a pulse scale that is not the servo's (microseconds a degree), a potentiometer's track of another span, a
+belt or gear ratio that is not the drawing's. Covered: all, as one factor from the joint's zero on; about another centre
+the difference is the joint's zero. A scale that is bent as well is told as `servo_nonlinearity` alone.
+"""
 
 from __future__ import annotations
 

@@ -5,6 +5,10 @@ off its centre and uneven worms or belts (periodic). The term is one harmonic of
 frequency; low frequencies stand for smooth errors. Where a joint was seen at few different angles, from which no
 frequency can be told, it is a slope and a curvature instead, so that a wrong gain with a curve is one cause. A dead
 spot of the track in one place would be called unknown.
+
+Known forms: a potentiometer's linearity (smooth, of low order), an eccentric gear or encoder (one cycle a turn of it,
+with overtones), a horn linkage's sine. Covered: one sine with its own frequency; low frequencies stand for smooth
+curves, a gain that goes with them among these. Not covered: several frequencies of like size.
 """
 
 from __future__ import annotations

@@ -144,14 +144,15 @@ def _intervals(cause: NamedCause, context: Context) -> dict[str, Any]:
         values = effect.physical(context, cause.active.values)
         spread = _propagated(partial(effect.physical, context), cause.active.values, cause.std)
         return {name: {"value": value, "std": spread[name]} for name, value in values.items()}
+    told = range(len(parameters)) if effect.told is None else effect.told(context, cause.active.values)
     return {
-        parameter.name: {
-            "value": float(value),
-            "std": float(std),
-            "switch": parameter.scanned and parameter.bounds == (0.0, 1.0),
-            "off": parameter.off,
+        parameters[k].name: {
+            "value": float(cause.active.values[k]),
+            "std": float(cause.std[k]),
+            "switch": parameters[k].scanned and parameters[k].bounds == (0.0, 1.0),
+            "off": parameters[k].off,
         }
-        for parameter, value, std in zip(parameters, cause.active.values, cause.std, strict=True)
+        for k in told
     }
 
 
