@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator, model_validator
 
-from armtwin.models.arm import nominal_arm
+from armtwin.models.arm import Arm, arm_from_table, nominal_arm
+from armtwin.models.arm_form import MOST_JOINTS
 from armtwin.models.camera_files import nominal_camera
 from armtwin.models.catalogue.injection import Stated
 from armtwin.models.catalogue.registry import effect_named
@@ -26,7 +27,7 @@ from armtwin.models.errors import InputError, UnreachablePoseError, nearest
 from armtwin.models.inverse_kinematics import inverse
 from armtwin.models.trajectories import CIRCLE_CENTRE_MM, ORIENTATION_RAD, SAMPLES, circle, line
 from armtwin.models.twin import read_twin
-from armtwin.models.validation import FROM_LIST, Finite, JointError, LengthError, Positive, Strict, check, row
+from armtwin.models.validation import FROM_LIST, ArmTable, Finite, JointError, LengthError, Positive, Strict, check, row
 from armtwin.models.world import ideal_world
 from armtwin.scenarios.twins.as_scenario import scenario_table
 
@@ -75,10 +76,10 @@ Path2d = Annotated[CircleTable | LineTable, Field(discriminator="kind")]
 
 
 class GeometryTable(Strict):
-    """What the built arm differs by from the drawing (Table 4)."""
+    """What the built arm differs by from the drawing (Table 4): one entry a length and a joint, or none at all."""
 
-    length_errors_mm: Annotated[tuple[LengthError, LengthError, LengthError, LengthError], FROM_LIST] = (0.0,) * 4
-    joint_errors_rad: Annotated[tuple[JointError, JointError, JointError], FROM_LIST] = (0.0, 0.0, 0.0)
+    length_errors_mm: Annotated[tuple[LengthError, ...], Field(max_length=MOST_JOINTS + 1), FROM_LIST] = ()
+    joint_errors_rad: Annotated[tuple[JointError, ...], Field(max_length=MOST_JOINTS), FROM_LIST] = ()
 
 
 class BenchTable(Strict):
@@ -145,6 +146,8 @@ class ScenarioFile(Strict):
     board_views: Annotated[int, Field(ge=3, le=100)] = 20
     gauge_lengths_mm: Annotated[tuple[GaugeLength, ...], Field(max_length=8), FROM_LIST] = (40.0, 30.0, 10.0, 5.0)
     gauge_placements: Annotated[int, Field(ge=2, le=200)] = 20
+    # The drawing; the paper's arm where it is left out. Which way gravity pulls is the bench's to say.
+    arm: ArmTable | None = None
     geometry: GeometryTable = GeometryTable()
     bench: BenchTable = BenchTable()
     camera: CameraTable = CameraTable()
@@ -168,6 +171,20 @@ class ScenarioFile(Strict):
                 + nearest(self.validate_on, self.trajectories)
             )
         return self
+
+    @model_validator(mode="after")
+    def _geometry_is_of_the_arm(self) -> ScenarioFile:
+        arm = self.drawn_arm
+        for key, wanted in (("length_errors_mm", len(arm.link_lengths_mm)), ("joint_errors_rad", arm.n_joints)):
+            found = len(getattr(self.geometry, key))
+            if found not in (0, wanted):
+                raise ValueError(f"geometry.{key} needs {wanted} entries for arm '{arm.name}', found {found}")
+        return self
+
+    @property
+    def drawn_arm(self) -> Arm:
+        """The arm as it is drawn."""
+        return nominal_arm() if self.arm is None else arm_from_table(self.arm)
 
     @property
     def calibrate_on(self) -> tuple[str, ...]:
@@ -215,23 +232,23 @@ def check_scenario(data: object, file: str) -> ScenarioFile:
     scenario = check(ScenarioFile, data, file)
     for name, path in scenario.trajectories.items():
         try:
-            inverse(nominal_arm(), path.poses())
+            inverse(scenario.drawn_arm, path.poses())
         except UnreachablePoseError as error:
             raise InputError(f"{file}: trajectories.{name}: {error}") from None
     for number, effect in enumerate(scenario.effects):
-        _check_effect(effect, row("effects", number), scenario.n_poses, file)
+        _check_effect(effect, row("effects", number), scenario, file)
     return scenario
 
 
-def _check_effect(effect: EffectTable, place: str, n_poses: int, file: str) -> None:
+def _check_effect(effect: EffectTable, place: str, scenario: ScenarioFile, file: str) -> None:
     """Check an effect's parameters one by one, and then together by building it into an ideal bench."""
     try:
         known = effect_named(effect.name)
     except InputError as error:
         raise InputError(f"{file}: {place}: name: {error}") from None
-    arm = nominal_arm()
+    arm = scenario.drawn_arm
     try:
-        known.check(Stated(effect.parameters, effect.site, f"{place}: "), arm, n_poses)
+        known.check(Stated(effect.parameters, effect.site, f"{place}: "), arm, scenario.n_poses)
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
     world = ideal_world(arm, nominal_camera(), BenchTable().arm_plane_z_mm)

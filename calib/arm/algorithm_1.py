@@ -26,7 +26,7 @@ from armtwin.calib.arm.identifiability import GAUGE
 from armtwin.calib.arm.observations import fewest_poses, refuse_too_few, rows_to_fit
 from armtwin.models.camera import back_project
 from armtwin.models.errors import InputError
-from armtwin.models.kinematics import Deviation
+from armtwin.models.kinematics import Deviation, is_closed_form
 from armtwin.models.recordings.recording import Recording
 
 Array = NDArray[np.float64]
@@ -58,6 +58,10 @@ def calibrate(
 
     `start` is X0 in mm and degrees. Raises `InputError` for another arm, or fewer poses with A and F than five.
     """
+    if not is_closed_form(recording.arm):
+        raise InputError(
+            f"recording.json: Algorithm 1 is for arm planar3, found '{recording.arm.name}'; use least-squares"
+        )
     rows = rows_to_fit(recording, trajectories)
     measured, seen_rows, base = measured_tip(recording, rows)
     refuse_too_few(recording.arm, len(seen_rows), fewest_poses(recording.arm))
@@ -88,16 +92,15 @@ def calibrate(
 
 
 def measured_tip(recording: Recording, rows: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64], Array]:
-    """F relative to A, (N, 2) robot mm (equations 11, 12, 16), the rows that show both, and the mean of A, (3,) mm."""
-    if not (recording.arm.has_tip_offset and recording.arm.n_joints == 3):
+    """Tip F relative to A, (N, 2) robot mm (equations 11, 12, 16), rows that show both, and the mean of A, (3,) mm."""
+    first, last = recording.arm.marker_names[0], recording.arm.marker_names[-1]
+    if recording.camera is None or recording.arm_plane_z_mm is None or not {first, last} <= set(recording.markers_px):
         raise InputError(
-            f"recording.json: Algorithm 1 is for arm planar3, found '{recording.arm.name}'; use least-squares"
+            f"samples.csv: the tip's place needs the markers {first} and {last} in pixels; use least-squares"
         )
-    if recording.camera is None or recording.arm_plane_z_mm is None or not {"a", "f"} <= set(recording.markers_px):
-        raise InputError("samples.csv: Algorithm 1 needs the markers a and f in pixels; use least-squares")
     a, f = (
         back_project(recording.camera, recording.markers_px[name][rows], recording.arm_plane_z_mm)
-        for name in ("a", "f")
+        for name in (first, last)
     )
     seen = np.isfinite(a).all(axis=-1) & np.isfinite(f).all(axis=-1)
     between = (f - a)[seen]

@@ -13,15 +13,6 @@ from armtwin.scenarios.report.data import RunData
 from armtwin.scenarios.report.section import Section, number, plot, prose, table
 from armtwin.scenarios.report.style import COLOURS, figure
 
-_SYMBOLS = {
-    "delta_l1_mm": "Δl1, mm",
-    "delta_l2_mm": "Δl2, mm",
-    "delta_l4_mm": "Δl4, mm",
-    "delta_l5_mm": "Δl5, mm",
-    "delta_theta1_rad": "Δθ1, °",
-    "delta_theta2_rad": "Δθ2, °",
-    "delta_theta3_rad": "Δθ3, °",
-}
 _METHODS = {
     "least-squares": ("least squares", COLOURS["armtwin"]),
     "algorithm-1": ("Algorithm 1", COLOURS["paper method"]),
@@ -42,27 +33,39 @@ def calibration_section(run: RunData) -> Section:
     return Section(
         slug="calibration",
         title="The arm, calibrated (Table 4)",
-        lead=(
-            f"Two methods on the same pictures, three times ({sets}). Least squares uses all four markers in pixels; "
-            f"Algorithm 1, as in the paper, the tip alone. {ours['identifiable']} of the seven parameters can be known."
-        ),
+        lead=(_lead(found, sets)),
         blocks=(
             _table(found, "least-squares", "truth in our convention", "truth_in_convention", sets),
-            _table(found, "algorithm-1", "truth", "truth", sets),
+            *((_table(found, "algorithm-1", "truth", "truth", sets),) if "algorithm-1" in found else ()),
             plot(_errors(found), beside),
-            prose(
-                "What cannot be known: "
-                + "; ".join(ours["gauge"])
-                + ". So the truth is moved along this gauge into the "
-                "convention before estimates are compared with it. Table 4's separate Δl4, Δl5 and Δθ3 come from the "
-                "starting vector of Algorithm 1, and they scatter little because every calibration starts there."
-            ),
+            *((_gauge(ours["gauge"]),) if ours["gauge"] else ()),
             plot(
                 _singular(found),
                 "How much better the pictures know each direction of the parameters than the drawing "
                 "does, largest first. Below 1 (dashed) nothing is learned: the last direction is the gauge.",
             ),
         ),
+    )
+
+
+def _lead(found: dict[str, Any], sets: str) -> str:
+    known = f"{found['least-squares'][-1]['identifiable']} of the"
+    if "algorithm-1" not in found:
+        return (
+            f"Least squares on all markers in pixels, by each set of trajectories ({sets}). {known} "
+            f"{len(found['rows'])} parameters can be known. Algorithm 1 and the paper's figures are of another arm."
+        )
+    return (
+        f"Two methods on the same pictures, three times ({sets}). Least squares uses all four markers in pixels; "
+        f"Algorithm 1, as in the paper, the tip alone. {known} seven parameters can be known."
+    )
+
+
+def _gauge(gauge: list[str]) -> Markup:
+    return prose(
+        "What cannot be known: " + "; ".join(gauge) + ". So the truth is moved along this gauge into the "
+        "convention before estimates are compared with it. Table 4's separate Δl4, Δl5 and Δθ3 come from the "
+        "starting vector of Algorithm 1, and they scatter little because every calibration starts there."
     )
 
 
@@ -73,7 +76,8 @@ def _table(found: dict[str, Any], method: str, truth: str, key: str, sets: str) 
     rows = []
     for row in found["rows"]:
         scale = _scale(row)
-        cells = [_SYMBOLS[row["parameter"]], *(number(scale * row["paper"][k], 3) for k in (0, 1, 2))]
+        printed = ["–"] * 3 if row["paper"] is None else [number(scale * value, 3) for value in row["paper"][:3]]
+        cells = [_symbol(row), *printed]
         cells.append(number(scale * row[key], 3))
         for estimate in row[method]:
             text = number(scale * estimate["value"], 3)
@@ -88,9 +92,19 @@ def _table(found: dict[str, Any], method: str, truth: str, key: str, sets: str) 
     )
 
 
+def _used(found: dict[str, Any]) -> dict[str, tuple[str, str]]:
+    return {method: shown for method, shown in _METHODS.items() if method in found}
+
+
 def _covers(row: dict[str, Any]) -> bool:
     low, high = row["least-squares"][-1]["interval95"]
     return bool(low <= row["truth_in_convention"] <= high)
+
+
+def _symbol(row: dict[str, Any]) -> str:
+    """Return `Δl1, mm` for `delta_l1_mm`."""
+    _, name, unit = row["parameter"].split("_")
+    return f"Δ{name.replace('theta', 'θ')}, {'°' if unit == 'rad' else unit}"
 
 
 def _scale(row: dict[str, Any]) -> float:
@@ -99,11 +113,11 @@ def _scale(row: dict[str, Any]) -> float:
 
 def _errors(found: dict[str, Any]) -> go.Figure:
     fig = figure("", "estimate − truth, mm or degrees", height=420)
-    for method, (label, colour) in _METHODS.items():
+    for method, (label, colour) in _used(found).items():
         last = [(row, row[method][-1], _scale(row)) for row in found["rows"]]
         truth = "truth_in_convention" if method == "least-squares" else "truth"
         fig.add_scatter(
-            x=[_SYMBOLS[row["parameter"]] for row, _, _ in last],
+            x=[_symbol(row) for row, _, _ in last],
             y=[scale * (estimate["value"] - row[truth]) for row, estimate, scale in last],
             error_y={"type": "data", "array": [Z95 * scale * (e["std"] or 0.0) for _, e, scale in last]},
             mode="markers",

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from armtwin.calib.arm.chain import Chain
 from armtwin.models import atomic
+from armtwin.models.kinematics import is_closed_form
 from armtwin.models.recordings.reader import camera_from_table
 from armtwin.models.validation import CameraTable, check
 from armtwin.scenarios import paper_values as paper
@@ -54,9 +55,10 @@ def gather(job: Job, tick: Tick) -> dict[str, Any]:
 def _table_1(job: Job) -> list[dict[str, Any]]:
     arm = declared_arm(job.scenario)
     built = arm.link_lengths_mm + true_deviation(job.scenario).lengths_mm
-    names = ("l1", "l2", "l4", "l5")
+    names = [f"l{number}" for number in arm.length_numbers]
+    printed = paper.TABLE_1_MM if is_closed_form(arm) else {}
     return [
-        {"parameter": name, "unit": "mm", "paper": paper.TABLE_1_MM[name], "drawn": drawn, "built": true}
+        {"parameter": name, "unit": "mm", "paper": printed.get(name), "drawn": drawn, "built": true}
         for name, drawn, true in zip(names, arm.link_lengths_mm, built, strict=True)
     ]
 
@@ -106,6 +108,7 @@ def _table_2(job: Job) -> list[dict[str, Any]]:
 def _table_4(job: Job) -> dict[str, Any]:
     found = job.load("calibration")
     chain = Chain(declared_arm(job.scenario))
+    is_papers = is_closed_form(chain.arm)  # otherwise what it printed is of another arm
     delta = true_deviation(job.scenario)
     gauged = chain.in_convention(delta)
     table: dict[str, Any] = {"sets": found["sets"], "rows": [], "corrected_with": found["corrected_with"]}
@@ -115,8 +118,8 @@ def _table_4(job: Job) -> dict[str, Any]:
         row: dict[str, Any] = {
             "parameter": name,
             "unit": name.rsplit("_", 1)[1],
-            "paper": paper.TABLE_4[name],
-            "paper_uncertainty": paper.TABLE_4_UNCERTAINTY[name],
+            "paper": paper.TABLE_4[name] if is_papers else None,
+            "paper_uncertainty": paper.TABLE_4_UNCERTAINTY[name] if is_papers else None,
             "truth": truth[number],
             "truth_in_convention": in_convention[number],
         }

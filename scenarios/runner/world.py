@@ -7,7 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.arm import Arm
 from armtwin.models.camera import Camera
 from armtwin.models.camera_files import nominal_camera
 from armtwin.models.catalogue.injection import shifted_samples
@@ -18,8 +18,8 @@ from armtwin.scenarios.scenario import ScenarioFile
 
 
 def declared_arm(scenario: ScenarioFile) -> Arm:
-    """Return the arm as drawn (Table 1), standing as the bench has it."""
-    return replace(nominal_arm(), gravity_m_s2=np.array(scenario.bench.gravity_m_s2))
+    """Return the arm as drawn, standing as the bench has it."""
+    return replace(scenario.drawn_arm, gravity_m_s2=np.array(scenario.bench.gravity_m_s2))
 
 
 def true_camera(scenario: ScenarioFile) -> Camera:
@@ -30,8 +30,11 @@ def true_camera(scenario: ScenarioFile) -> Camera:
 
 def true_deviation(scenario: ScenarioFile) -> Deviation:
     """Return what the built arm differs by from the drawing."""
-    table = scenario.geometry
-    return Deviation(np.array(table.length_errors_mm), np.array(table.joint_errors_rad))
+    table, none = scenario.geometry, Deviation.none(scenario.drawn_arm)
+    return Deviation(
+        np.array(table.length_errors_mm) if table.length_errors_mm else none.lengths_mm,
+        np.array(table.joint_errors_rad) if table.joint_errors_rad else none.joints_rad,
+    )
 
 
 def build_world(scenario: ScenarioFile, samples_before: int = 0) -> World:
