@@ -28,6 +28,9 @@ SMALLEST_STEP_RAD = 6e-4
 # A lattice has to take this much off the logarithm of a joint's likelihood, twice: about twice the logarithm of the
 # steps and origins that are looked at.
 _BEYOND_CHANCE = 40.0
+# Rounding to a step scatters angles by step / sqrt(12) about a smooth curve of the command; in few poses by half of it.
+_LEAST_SCATTER = 0.5 / np.sqrt(12.0)
+_CURVE_DEGREE = 3
 # Samples of the commanded angle to the smallest step, and of the spectrum to one line's width.
 _PER_STEP = 6
 _PER_LINE = 4
@@ -96,7 +99,16 @@ def _rounding(q: Array, departures: Array, weights: Array, others: list[float]) 
     tried = [*fine, *(one for line in best for one in _bounded(q, e, line))]
     found = min(tried, key=lambda one: _left(q, e, w, one))
     gain = len(q) * float(np.log(_spread(e, w) / max(_left(q, e, w, found), 1e-300)))
-    return found if gain > _BEYOND_CHANCE else None
+    return found if gain > _BEYOND_CHANCE and _scatter(q, e, w) > _LEAST_SCATTER * found.step_rad else None
+
+
+def _scatter(q: Array, e: Array, w: Array) -> float:
+    """Return how far departures lie off a smooth curve of the command, rad.
+
+    Marks that a person chose, and sought the commands for, lie as regularly as a lattice, but on a smooth curve.
+    """
+    curve = np.polynomial.Polynomial.fit(q, e, _CURVE_DEGREE, w=np.sqrt(w))
+    return float(np.sqrt(_spread(e - curve(q), w)))
 
 
 def _spread(e: Array, w: Array) -> float:

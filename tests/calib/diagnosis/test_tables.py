@@ -101,3 +101,23 @@ def test_angles_that_were_chosen_and_whose_commands_were_sought_are_no_coarse_re
 
 def test_fine_readings_have_no_grain() -> None:
     assert reading_grains(table(jitter_deg=0.3, read_to_deg=1e-7)) == []
+
+
+@pytest.mark.parametrize("marks_deg", [10.0, 15.0])
+def test_marks_that_commands_were_sought_for_are_no_steps_of_the_servo(marks_deg: float) -> None:
+    up = np.arange(30.0, 151.0, marks_deg)
+    marks = np.concatenate([up, up[::-1]])
+    side = np.repeat([1.0, -1.0], len(up))
+    commands = 0.95 * marks + 2.0 * np.sin(np.radians(marks)) + 1.0 * side
+    commands += 0.1 * np.random.default_rng(1).standard_normal(len(marks))
+    found = diagnose(
+        Recording(
+            arm=Arm("servo", np.array([80.0]), np.zeros(2)),
+            sample=make_samples(len(marks)),
+            time_s=np.full(len(marks), np.nan),
+            trajectory=np.where(side > 0, "cw", "acw"),
+            q_cmd=np.round(np.radians(commands), 8)[:, None],
+            q_meas=np.round(np.radians(marks), 8)[:, None],
+        )
+    )
+    assert "quantization" not in possible(found)
