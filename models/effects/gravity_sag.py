@@ -3,8 +3,9 @@
 The term is linear elasticity at each joint, solved at the sagged pose by two fixed-point steps.
 
 Known forms: linear springs (belts, printed horns), springs that stiffen, a servo's droop under load (its loop's
-stiffness). Covered: linear give at each joint; a spring that stiffens by some tenths over the arm's range is named so
-too. Not covered: give that depends on the way the joint came (`hysteresis` or `backlash`).
+stiffness). Covered: linear give at each joint. Partly: a spring that stiffens by some tenths over the arm's range is
+named so too, in some recordings with a false `servo_nonlinearity` beside it. Not covered: give that depends on the way
+the joint came (`hysteresis` or `backlash`).
 """
 
 from __future__ import annotations
