@@ -6,9 +6,9 @@ otherwise. Where gravity can shift the link inside its gap, the loaded edge carr
 Known forms: a gap in a gear train or a bore, between hard flanks (the play operator; M. Nordin and P.-O. Gutman,
 Automatica 38, 2002); flanks that yield, so that the edges are soft; a dead band that stops at its edge, which moves the
 same way.
-Covered: hard edges, at rest or loaded to one side by gravity, and a dead band's edge. Partly: soft edges are named so as
-well, the softness as `hysteresis` of the same joint beside it where it shows, in some recordings as a false `joint_slip`.
-Not covered: a gap that differs over the turn.
+Covered: hard edges, at rest or loaded to one side by gravity, and a dead band's edge. Partly: soft edges are named so
+as well, the softness as `hysteresis` of the same joint beside it where it shows, in some recordings as a false
+`joint_slip`. Not covered: a gap that differs over the turn.
 """
 
 from __future__ import annotations

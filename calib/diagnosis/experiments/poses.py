@@ -185,12 +185,15 @@ BY_HAND: dict[str, Callable[[Space], CandidatePlan]] = {
     "camera_elsewhere": camera_elsewhere,
 }
 _NEED_GRAVITY = ("stretched_and_folded", "known_payload")
+_NEED_CAMERA = ("whole_picture",)
 NAMES: tuple[str, ...] = (*_BY_JOINT, *_BY_ARM, *BY_HAND)
 
 
 def candidates(space: Space, joints: tuple[int, ...]) -> list[CandidatePlan]:
     """List the plans that can be run on the bench as it stands; `joints` (from 0) are those in question."""
-    usable = [name for name in (*_BY_JOINT, *_BY_ARM) if space.context.has_gravity or name not in _NEED_GRAVITY]
+    context = space.context
+    out_of_question = (*(() if context.has_gravity else _NEED_GRAVITY), *(() if context.camera else _NEED_CAMERA))
+    usable = [name for name in (*_BY_JOINT, *_BY_ARM) if name not in out_of_question]
     found = [_BY_JOINT[name](space, joint) for name in usable if name in _BY_JOINT for joint in joints]
     found += [_BY_ARM[name](space) for name in usable if name in _BY_ARM]
     return [in_small_steps(candidate) for candidate in found]

@@ -13,9 +13,12 @@ from armtwin.calib.diagnosis.experiment import TELLING, Experiment, propose
 from armtwin.calib.diagnosis.experiments.poses import BY_HAND, NAMES, candidates, space_of
 from armtwin.calib.diagnosis.experiments.rivals import rivals_of
 from armtwin.calib.diagnosis.experiments.separation import confirmed, extended, separations
+from armtwin.calib.diagnosis.problem import problem_of
+from armtwin.models.arm import Arm
 from armtwin.models.catalogue.registry import catalogue
 from armtwin.models.kinematics import Deviation
 from armtwin.models.plan import MAX_STEP_RAD, Plan, plan_of, read_plan, write_plan
+from armtwin.models.recordings.recording import Recording, make_samples
 from armtwin.models.world import World
 from armtwin.sim.observe import make_recording
 from tests.support.worlds import scattered, upright_world, with_effect
@@ -149,3 +152,19 @@ def test_a_tilted_camera_that_a_tilted_axis_explains_as_well_is_answered_by_cali
     assert set(experiment.tells_apart) == {"camera_tilt", "axis_tilt"}
     assert not experiment.appends
     assert any("calibrate" in step for step in experiment.instructions)
+
+
+def test_who_has_no_camera_is_asked_for_no_picture() -> None:
+    rng = np.random.default_rng(2)
+    q = np.concatenate([np.linspace(0.0, 3.0, 40), np.linspace(2.9, 0.1, 40)])[:, None]
+    recording = Recording(
+        arm=Arm("servo", np.array([100.0]), np.zeros(2)),
+        sample=make_samples(len(q)),
+        time_s=np.full(len(q), np.nan),
+        trajectory=np.full(len(q), "sweep"),
+        q_cmd=q,
+        q_meas=q + rng.normal(0.0, 0.002, q.shape),
+    )
+    plans = candidates(space_of(problem_of(recording).context), (0,))
+    assert plans
+    assert not any("picture" in plan.name for plan in plans)
