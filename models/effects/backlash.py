@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected, switch
+from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.mjcf import SOLIMP, SOLREF, add_series_hinge, heaviest_torque_nm
 from armtwin.models.servo import gentle
@@ -146,4 +147,13 @@ EFFECT = Effect(
     plans=("reversal",),
     needs_return=True,
     sealed=sealed.Sealing(_hide),
+)
+
+IN_MOTION = MotionEffect(
+    name=EFFECT.name,
+    summary=EFFECT.summary,
+    where="joint",
+    forms=((Slot("width_rad", "play_rad", (0.0, 0.35), (0.003, 0.01, 0.03), 0.001),),),
+    confused_with=("hysteresis", "friction", "dead_band"),
+    experiment="slow reversals under load and without: play stays as wide, the band of friction follows the load",
 )

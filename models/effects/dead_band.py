@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
+from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.world import Command, Electronics, World, joint_index
 
@@ -164,4 +165,24 @@ EFFECT = Effect(
     complexity=complexity,
     needs_return=True,
     sealed=sealed.Sealing(_hide),
+)
+
+IN_MOTION = MotionEffect(
+    name=EFFECT.name,
+    summary=EFFECT.summary,
+    where="joint",
+    forms=(
+        (
+            Slot(
+                "threshold_rad",
+                "dead_band_rad",
+                (0.0, 0.3),
+                (0.004, 0.007, 0.01, 0.015, 0.02, 0.03, 0.05, 0.08),
+                0.003,
+                scanned=True,
+            ),
+        ),
+    ),
+    confused_with=("quantization", "friction", "missed_command"),
+    experiment=EFFECT.experiment,
 )

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
+from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.mjcf import add_spring
 from armtwin.models.world import World
@@ -93,4 +94,14 @@ EFFECT = Effect(
     applies=needs_gravity,
     plans=("stretched_and_folded", "known_payload"),
     sealed=sealed.Sealing(_hide, in_gravity=True),
+)
+
+IN_MOTION = MotionEffect(
+    name=EFFECT.name,
+    summary=EFFECT.summary,
+    where="joint",
+    forms=((Slot("compliance_rad_per_nm", "droop_rad_nm", (0.0, 5.0), (0.02, 0.1), 0.005),),),
+    confused_with=("payload", "friction", "servo_nonlinearity"),
+    experiment="holds with the arm stretched and folded, and with a known mass at the tip",
+    needs_load=True,
 )

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
+from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.errors import InputError
 from armtwin.models.mjcf import SPRING_TIME_S, add_series_hinge
@@ -150,4 +151,18 @@ EFFECT = Effect(
     physical=physical,
     needs_return=True,
     sealed=sealed.Sealing(_hide),
+)
+
+IN_MOTION = MotionEffect(
+    name=EFFECT.name,
+    summary=EFFECT.summary,
+    where="joint",
+    forms=(
+        (
+            Slot("lag_rad", "lag_rad", (0.0, 0.2), (0.003, 0.01), 0.001),
+            Slot("length_rad", "lag_angle_rad", (0.002, 1.0), (0.03, 0.15), 0.01),
+        ),
+    ),
+    confused_with=("backlash", "friction"),
+    experiment=EFFECT.experiment,
 )

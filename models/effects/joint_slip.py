@@ -20,6 +20,7 @@ from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected, sample
 from armtwin.models.catalogue.jumps import jumps
+from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Evidence, Parameter, Site, Stage
 from armtwin.models.catalogue.scan import event_rows, since
 from armtwin.models.world import Event, World, joint_index
@@ -165,4 +166,18 @@ EFFECT = Effect(
     told=told,
     needs_return=True,
     sealed=sealed.Sealing(_hide),
+)
+
+IN_MOTION = MotionEffect(
+    name=EFFECT.name,
+    summary=EFFECT.summary,
+    where="joint",
+    forms=(
+        (
+            Slot("jump_rad", "slip_rad", (-1.6, 1.6), (0.0,), 0.002),
+            Slot("from_s", "slip_s", (0.0, 1e9), (), 0.05, scanned=True),
+        ),
+    ),
+    confused_with=("thermal_drift", "missed_command"),
+    experiment=EFFECT.experiment,
 )

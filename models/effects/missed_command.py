@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
+from armtwin.models.catalogue.motion_effect import MotionEffect
 from armtwin.models.catalogue.registry import Effect, Found, Site, Stage, View
 from armtwin.models.world import Command, Electronics, World, samples_of
 
@@ -202,4 +203,12 @@ EFFECT = Effect(
     complexity=complexity,
     needs_return=True,
     sealed=sealed.Sealing(_hide),
+)
+
+IN_MOTION = MotionEffect(
+    name=EFFECT.name,
+    summary=EFFECT.summary,
+    where="joint",
+    confused_with=EFFECT.confused_with,
+    experiment=EFFECT.experiment,
 )

@@ -14,6 +14,7 @@ from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.evidence import Sightings
 from armtwin.models.catalogue.found import Measured
 from armtwin.models.catalogue.injection import Injected
+from armtwin.models.catalogue.motion_effect import MotionEffect
 from armtwin.models.catalogue.registry import Effect, Found, Site, Stage, View
 from armtwin.models.world import World
 
@@ -150,4 +151,12 @@ EFFECT = Effect(
     experiment="the frames in question looked at again",
     found=Found(find, repair, measure, last=True),
     sealed=sealed.Sealing(_hide),
+)
+
+IN_MOTION = MotionEffect(
+    name=EFFECT.name,
+    summary=EFFECT.summary,
+    where="joint",
+    confused_with=("missed_command", "sampling"),
+    experiment="the readings in question taken again",
 )

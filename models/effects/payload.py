@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected, sample
+from armtwin.models.catalogue.motion_effect import MotionEffect
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.catalogue.scan import event_rows, since
 from armtwin.models.effects.gravity_sag import needs_gravity
@@ -113,4 +114,13 @@ EFFECT = Effect(
     applies=needs_gravity,
     plans=("known_payload",),
     sealed=sealed.Sealing(_hide, in_gravity=True),
+)
+
+IN_MOTION = MotionEffect(
+    name=EFFECT.name,
+    summary=EFFECT.summary,
+    where="arm",
+    confused_with=("gravity_sag", "torque_limit"),
+    experiment=EFFECT.experiment,
+    needs_load=True,
 )

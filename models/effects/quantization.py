@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
+from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Evidence, Parameter, Site, Stage
 from armtwin.models.catalogue.rounding import LARGEST_STEP_RAD, SMALLEST_STEP_RAD, rounded, roundings
 from armtwin.models.world import Command, Electronics, World
@@ -138,4 +139,18 @@ EFFECT = Effect(
     experiment="a fine ramp of each joint over several steps",
     plans=("fine_ramp",),
     sealed=sealed.Sealing(_hide),
+)
+
+IN_MOTION = MotionEffect(
+    name=EFFECT.name,
+    summary=EFFECT.summary,
+    where="joint",
+    forms=(
+        (
+            Slot("step_rad", "step_rad", (0.0005, 0.6), (), 0.002, scanned=True),
+            Slot("origin_rad", "step_origin_rad", (-0.6, 0.6), (), 0.001, scanned=True),
+        ),
+    ),
+    confused_with=EFFECT.confused_with,
+    experiment=EFFECT.experiment,
 )

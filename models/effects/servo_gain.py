@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
+from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.world import Command, Electronics, World, joint_index
 
@@ -82,4 +83,13 @@ EFFECT = Effect(
     experiment="this joint swept over its whole range",
     plans=("full_sweep",),
     sealed=sealed.Sealing(_hide),
+)
+
+IN_MOTION = MotionEffect(
+    name=EFFECT.name,
+    summary=EFFECT.summary,
+    where="joint",
+    forms=((Slot("gain", "gain", (0.3, 2.0), (1.0,), 0.005),),),
+    confused_with=EFFECT.confused_with,
+    experiment=EFFECT.experiment,
 )

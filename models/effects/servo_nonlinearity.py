@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
+from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.errors import InputError
 from armtwin.models.world import Command, Electronics, World, joint_index
@@ -198,4 +199,29 @@ EFFECT = Effect(
     plans=("full_sweep", "fine_ramp"),
     physical=physical,
     sealed=sealed.Sealing(_hide),
+)
+
+IN_MOTION = MotionEffect(
+    name=EFFECT.name,
+    summary=EFFECT.summary,
+    where="joint",
+    forms=(
+        (
+            Slot("curvature_per_rad", "bend", (-0.5, 0.5), (0.0,), 0.005),
+            Slot("third_order_per_rad2", "twist", (-0.5, 0.5), (0.0,), 0.005),
+        ),
+        (
+            Slot("sine_rad", "ripple_sin_rad", (-0.3, 0.3), (0.0,), 0.002),
+            Slot("cosine_rad", "ripple_cos_rad", (-0.3, 0.3), (0.0,), 0.002),
+            Slot(
+                "cycles_per_turn",
+                "ripple_per_turn",
+                (0.5, 100.0),
+                (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 36.0),
+                0.02,
+            ),
+        ),
+    ),
+    confused_with=EFFECT.confused_with,
+    experiment=EFFECT.experiment,
 )

@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
+from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.world import Command, Electronics, World, joint_index
 
@@ -200,4 +201,19 @@ EFFECT = Effect(
     needs_return=True,
     in_time=True,
     sealed=sealed.Sealing(_hide, timed=True),
+)
+
+IN_MOTION = MotionEffect(
+    name=EFFECT.name,
+    summary=EFFECT.summary,
+    where="joint",
+    forms=(
+        (
+            Slot("drift_rad", "drift_rad", (-0.5, 0.5), (0.0,), 0.002),
+            Slot("time_constant_s", "drift_s", (2.0, 3000.0), (10.0, 60.0), 5.0),
+        ),
+        (Slot("creep_rad_per_s", "creep_rad_s", (-0.05, 0.05), (0.0,), 1e-05),),
+    ),
+    confused_with=("joint_slip", "servo_gain"),
+    experiment="one pose held now and then over a long time",
 )

@@ -128,7 +128,7 @@ def _tilts(fit: CameraCalibration) -> go.Figure:
     figure = go.Figure(go.Scatter(x=tilt_deg[:, 0], y=tilt_deg[:, 1], mode="markers", text=names, marker_size=9))
     for radius in (15, 45):
         figure.add_shape(type="circle", x0=-radius, x1=radius, y0=-radius, y1=radius, line={"color": "#bbb"})
-    styled = _styled(figure, "left side nearer ← degrees → right side nearer", "degrees, downward: lower side nearer")
+    styled = _styled(figure, "left nearer ← degrees → right nearer", "degrees, downward: lower nearer")
     styled.update_xaxes(range=[-60, 60], constrain="domain")
     styled.update_yaxes(range=[60, -60], scaleanchor="x", constrain="domain")
     return styled

@@ -7,7 +7,7 @@ from armtwin.models.catalogue.points import Geometry
 from armtwin.models.catalogue.predict import joint_angles, marker_points, ordered
 from armtwin.models.catalogue.registry import Stage
 from armtwin.models.kinematics import Deviation, complex_links, marker_positions
-from tests.support.contexts import active, context_of, drawn, pixels
+from tests.support.contexts import active, context_of, drawn
 
 
 def test_without_effects_the_links_stand_at_their_commands() -> None:
@@ -47,11 +47,6 @@ def test_two_effects_of_different_joints_add_up() -> None:
     first, second = active("servo_gain", [1.1], joint=1), active("joint_slip", [0.05, 9.0], joint=3)
     alone = [joint_angles(context, [one]) - context.q_cmd for one in (first, second)]
     np.testing.assert_allclose(joint_angles(context, [first, second]) - context.q_cmd, sum(alone))
-
-
-def test_pixels_without_a_camera_cannot_be_asked_for() -> None:
-    with pytest.raises(ValueError, match="without a camera"):
-        pixels(context_of(camera=None))
 
 
 def test_an_effect_is_labelled_with_its_place() -> None:

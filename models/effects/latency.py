@@ -1,0 +1,21 @@
+"""A command acts, or is seen to act, later by a fixed time.
+
+Known forms: the serial bus's or the host's queue; the servo's own frame (a hobby servo hears its pulse once in 20 ms:
+0 to 20 ms, 10 on average); the controller's cycle; a reading that is older than its time stamp. One recording cannot
+tell a late command from a late clock.
+Covered: one delay a joint, or one of the whole arm. Not covered: a delay that jitters from command to command, of
+which the mean is found.
+"""
+
+from __future__ import annotations
+
+from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
+
+IN_MOTION = MotionEffect(
+    name="latency",
+    summary="a command acts, or is seen to act, later by a fixed time",
+    where="joint",
+    forms=((Slot("delay_s", "delay_s", (0.0, 0.5), (0.01, 0.03, 0.06), 0.005),),),
+    confused_with=("servo_lag", "sampling", "inertia"),
+    experiment="steps between long holds: a delay shifts the answer, a lag rounds it",
+)

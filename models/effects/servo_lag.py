@@ -1,0 +1,20 @@
+"""The servo's loop follows more slowly than the twin's.
+
+Known forms: a first-order approach with a longer time constant (a proportional loop on a geared motor whose speed the
+back-EMF sets; viscous friction adds to it, and one recording cannot tell which); a second-order one with the inertia
+beside it (`inertia`).
+Covered: one time constant a joint. Not covered: a time constant that differs with the direction.
+"""
+
+from __future__ import annotations
+
+from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
+
+IN_MOTION = MotionEffect(
+    name="servo_lag",
+    summary="the servo's loop follows more slowly than the twin's",
+    where="joint",
+    forms=((Slot("time_constant_s", "time_constant_s", (0.002, 1.0), (0.03, 0.06, 0.12), 0.005),),),
+    confused_with=("latency", "friction", "speed_limit"),
+    experiment="steps of several sizes between holds: the lag is the same share of each",
+)

@@ -1,0 +1,21 @@
+"""The servo gives no more than a torque: it slows, or stops, under load.
+
+Known forms: a DC motor's falling line from no-load speed to stall torque (its data sheet); a current limit in the
+driver.
+Covered: the falling line, against the load of gravity. Not covered: loads of acceleration, and a hard current limit
+without the line, which looks like the line near its end.
+"""
+
+from __future__ import annotations
+
+from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
+
+IN_MOTION = MotionEffect(
+    name="torque_limit",
+    summary="the servo gives no more than a torque: it slows or stops under load",
+    where="joint",
+    forms=((Slot("torque_nm", "torque_nm", (0.001, 100.0), (), 0.05),),),
+    confused_with=("speed_limit", "gravity_sag", "contact"),
+    experiment="fast moves against gravity and with it, arm stretched and folded",
+    needs_load=True,
+)

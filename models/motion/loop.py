@@ -1,0 +1,174 @@
+"""One servo in time: from the commands that it was sent to the angles that are read behind it.
+
+    commands --missed, steps, dead band, gain, curve--> received --delay--> loop --play, lag of friction, zero--> angle
+
+The loop follows the error e between the command and the shaft:
+
+    inertia · dω/dt  =  e − droop·load − time_constant·ω − friction(ω, load, e)·sign(ω),      |ω| ≤ speed limit
+
+where all torques are divided by the loop's stiffness, so that they are angles of error: what the recording of angles
+alone can tell. With time constant 0.020 s, limit 6.16 rad/s and nothing else it is the nominal servo. A step solves for
+the speed that is constant over it, with the error at its middle (Crank-Nicolson for the position, implicit for speed),
+and takes dry friction exactly: the shaft stands still while the drive is within the friction (a proximal step). A
+command acts by its mean over the step, so that the angle is a smooth function of the delay.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# Every number that the loop knows, with the value at which it does nothing (or is the nominal servo's).
+NEUTRAL: dict[str, float] = {
+    # what the servo hears
+    "delay_s": 0.0,
+    "late_from_s": np.inf,  # from then on every command is heard later by
+    "late_s": 0.0,
+    "gain": 1.0,
+    "bend": 0.0,  # 1/rad: curvature of the angle over the command
+    "twist": 0.0,  # 1/rad²: its third order
+    "ripple_sin_rad": 0.0,  # an error periodic in the command
+    "ripple_cos_rad": 0.0,
+    "ripple_per_turn": 1.0,
+    "step_rad": 0.0,
+    "step_origin_rad": 0.0,
+    "dead_band_rad": 0.0,
+    # how it follows
+    "time_constant_s": 0.020,
+    "speed_rad_s": 6.16,
+    "torque_nm": np.inf,
+    "inertia_s2": 0.0,
+    "coulomb_rad": 0.0,
+    "load_share": 0.0,  # friction torque for each torque of load
+    "drive_share": 0.0,  # and for each torque of the motor itself
+    "stribeck_rad": 0.0,
+    "stribeck_load_share": 0.0,
+    "stribeck_drive_share": 0.0,
+    "stribeck_speed_rad_s": 0.1,
+    "droop_rad_nm": 0.0,
+    "stop_low_rad": -np.inf,
+    "stop_high_rad": np.inf,
+    # what is read behind it
+    "zero_rad": 0.0,
+    "play_rad": 0.0,
+    "play_start": 0.0,  # where in its gap the link begins: -1 to 1
+    "lag_rad": 0.0,  # what friction beyond the shaft holds back, and over which angle it grows
+    "lag_angle_rad": 0.05,
+    "slip_rad": 0.0,
+    "slip_s": np.inf,
+    "drift_rad": 0.0,  # what the zero creeps, with this time constant
+    "drift_s": 60.0,
+    "creep_rad_s": 0.0,  # and for ever
+}
+SLOTS: tuple[str, ...] = tuple(NEUTRAL)
+INDEX: dict[str, int] = {name: number for number, name in enumerate(SLOTS)}
+
+# The nominal loop's time constant is five of these; the error of a step is then below 0.4 % of the way left.
+_STEP_S = 0.004
+# A pause of seconds is passed in steps of its own length over this many: the arm rests long before.
+_MOST_STEPS = 250
+
+(
+    _DELAY, _LATE_FROM, _LATE, _GAIN, _BEND, _TWIST, _R_SIN, _R_COS, _R_TURN, _STEP, _ORIGIN, _DEAD,
+    _TAU, _SPEED, _TORQUE, _INERTIA, _COULOMB, _LOAD, _DRIVE, _STRIBECK, _S_LOAD, _S_DRIVE, _S_SPEED, _DROOP,
+    _LOW, _HIGH, _ZERO, _PLAY, _PLAY_START, _LAG, _LAG_ANGLE, _SLIP, _SLIP_S, _DRIFT, _DRIFT_S, _CREEP,
+) = range(len(SLOTS))  # fmt: skip
+
+
+def neutral() -> Array:
+    """Return the nominal servo's values, one a slot."""
+    return np.array(list(NEUTRAL.values()))
+
+
+@njit(cache=True)
+def received(q_cmd: Array, p: Array) -> Array:
+    """(N,) commands as the servo takes them, rad, from those sent: steps, dead band, gain and curve."""
+    out = np.empty_like(q_cmd)
+    held = q_cmd[0]
+    for row in range(len(q_cmd)):
+        c = q_cmd[row]
+        if p[_STEP] > 0.0:
+            c = np.floor((c - p[_ORIGIN]) / p[_STEP] + 0.5) * p[_STEP] + p[_ORIGIN]
+        if row == 0 or abs(c - held) > p[_DEAD]:
+            held = c
+        c = held
+        bent = p[_GAIN] * c + p[_BEND] * c * c + p[_TWIST] * c * c * c
+        turn = p[_R_TURN] * c
+        out[row] = bent + p[_R_SIN] * np.sin(turn) + p[_R_COS] * np.cos(turn)
+    return out
+
+
+@njit(cache=True)
+def follow(time_s: Array, sent: Array, load_nm: Array, measured: Array, first: NDArray[np.bool_], p: Array) -> Array:
+    """(N,) angles, rad, that are read at `time_s` (N,) of a servo with values `p`, one a slot.
+
+    `sent` (N,) are its commands, each given at its row's time after the row was read, `load_nm` (N,) the torque that it
+    has to hold. In rows `first` a motion begins, at the angle `measured` there; no other measured angle is looked at.
+    """
+    n = len(time_s)
+    heard = received(sent, p)
+    out = np.empty(n)
+    x = y = w = lag = 0.0
+    k = 0
+    for row in range(n):
+        zero = p[_ZERO] + p[_CREEP] * (time_s[row] - time_s[0])
+        if p[_DRIFT] != 0.0:
+            zero += p[_DRIFT] * (1.0 - np.exp(-(time_s[row] - time_s[0]) / p[_DRIFT_S]))
+        if time_s[row] >= p[_SLIP_S]:
+            zero += p[_SLIP]
+        if first[row]:
+            y = measured[row] - zero
+            x = y + 0.5 * p[_PLAY] * p[_PLAY_START]
+            w = lag = 0.0
+            out[row] = measured[row]
+            continue
+        span = time_s[row] - time_s[row - 1]
+        steps = min(max(int(np.ceil(span / _STEP_S)), 1), _MOST_STEPS)
+        h = span / steps
+        for step in range(steps):
+            now = time_s[row - 1] + step * h
+            begin = now - p[_DELAY]
+            if now >= p[_LATE_FROM]:
+                begin -= p[_LATE]
+            end = begin + h
+            while k + 1 < n and time_s[k + 1] <= begin:
+                k += 1
+            while k > 0 and time_s[k] > begin:
+                k -= 1
+            total, since, number = 0.0, begin, k
+            while number + 1 < n and time_s[number + 1] < end:
+                if time_s[number + 1] > since:
+                    total += heard[number] * (time_s[number + 1] - since)
+                    since = time_s[number + 1]
+                number += 1
+            command = (total + heard[number] * (end - since)) / h
+            load = load_nm[row - 1] + (load_nm[row] - load_nm[row - 1]) * (step + 0.5) / steps
+            sag = p[_DROOP] * load
+            motor = command - x
+            drive = motor - sag + p[_INERTIA] / h * w
+            friction = p[_COULOMB] + p[_LOAD] * abs(sag) + p[_DRIVE] * abs(motor)
+            rough = p[_STRIBECK] + p[_S_LOAD] * abs(sag) + p[_S_DRIVE] * abs(motor)
+            if rough > 0.0:
+                friction += rough * np.exp(-((w / p[_S_SPEED]) ** 2))
+            drive = max(drive - friction, 0.0) if drive > 0.0 else min(drive + friction, 0.0)
+            w = drive / (p[_INERTIA] / h + p[_TAU] + 0.5 * h)
+            limit = p[_SPEED]
+            if load * w > 0.0:
+                limit *= max(0.0, 1.0 - abs(load) / p[_TORQUE])
+            w = min(max(w, -limit), limit)
+            x += h * w
+            if x > p[_HIGH]:
+                x, w = p[_HIGH], min(w, 0.0)
+            elif x < p[_LOW]:
+                x, w = p[_LOW], max(w, 0.0)
+            before = y
+            y = min(max(y, x - 0.5 * p[_PLAY]), x + 0.5 * p[_PLAY])
+            if p[_LAG] != 0.0:
+                moved = y - before
+                towards = 1.0 if moved > 0.0 else -1.0
+                lag = towards + (lag - towards) * np.exp(-abs(moved) / p[_LAG_ANGLE])
+        out[row] = y + zero - p[_LAG] * lag
+    return out
