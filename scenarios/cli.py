@@ -36,6 +36,7 @@ COMMANDS = {
     "correct": "correct:correct_command",
     "simulate": "simulate:simulate_command",
     "import": "import_:import_command",
+    "lab": "lab:lab_command",
 }
 # What the system says of a path that was given wrongly, rather than of a disk that is full or breaks.
 _WRONG_PATH = {
@@ -53,7 +54,10 @@ def build_app(wanted: str | None = None) -> typer.Typer:
     for name in [wanted] if wanted in COMMANDS else list(COMMANDS):
         module, function = COMMANDS[name].split(":")
         command = getattr(importlib.import_module(f"armtwin.scenarios.commands.{module}"), function)
-        app.command(name, no_args_is_help=False)(command)
+        if isinstance(command, typer.Typer):  # a family of commands
+            app.add_typer(command, name=name)
+        else:
+            app.command(name, no_args_is_help=False)(command)
     return app
 
 
