@@ -3,6 +3,8 @@
 with EmulatedBench() as emulated:
     setup = read_bench(emulated.bench_file)      # from here on nothing knows that the bench is emulated
     bench = HardwareBench(setup)
+
+It has the paper's arm, or any other that its camera sees all of: one servo on the Arduino for each of its joints.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ import multiprocessing
 import os
 import tempfile
 from collections.abc import Callable
+from functools import partial
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -21,11 +24,13 @@ from numpy.typing import NDArray
 
 from armtwin.hardware.bench.bench_file import BenchSetup, setup_of
 from armtwin.hardware.bench.tables import BenchTable
-from armtwin.models.arm import nominal_arm
+from armtwin.models.arm import Arm, nominal_arm
 from armtwin.models.atomic import clear_if_left, hold
+from armtwin.models.camera import Camera, back_project
 from armtwin.models.camera_files import nominal_camera, write_camera
 from armtwin.models.errors import InputError, JobError
-from armtwin.models.kinematics import Deviation
+from armtwin.models.kinematics import Deviation, marker_positions
+from armtwin.models.recordings.writer import arm_table
 from armtwin.models.validation import check
 from armtwin.models.world import World, ideal_world
 from armtwin.scenarios.emulated_film import film
@@ -36,6 +41,10 @@ Array = NDArray[np.float64]
 ARM_PLANE_Z_MM = -80.87  # section 3.2 of the paper
 MIN_SPEED = 0.1
 MAX_SPEED = 4.0  # beyond it the firmware's two seconds of silence pass faster than a busy host may answer
+# What another arm is built off its drawing: about a millimetre in a link, two degrees in a joint.
+_LENGTH_ERROR = 0.01
+_JOINT_ERROR_RAD = 0.03
+_ARM_FILE = "arm.toml"
 _A_DAY_S = 86400.0
 START_TIMEOUT_S = 120.0  # the firmware and the emulator are built on the first start
 
@@ -46,28 +55,48 @@ def paper_world() -> World:
     return ideal_world(nominal_arm(), nominal_camera(), ARM_PLANE_Z_MM, deviation=deviation)
 
 
-def bench_table(port: str, url: str) -> dict[str, Any]:
-    """Return the content of the emulated bench's file: three MG996R, the second turned round."""
+def world_of(arm: Arm) -> World:
+    """Return a bench with another arm, built a little off its drawing, its rest pose in the middle of the picture."""
+    turns = np.where(np.arange(arm.n_joints) % 2, -1.0, 1.0)
+    signs = np.where(np.arange(len(arm.link_lengths_mm)) % 2, -1.0, 1.0)
+    off = Deviation(_LENGTH_ERROR * signs * arm.link_lengths_mm, _JOINT_ERROR_RAD * turns)
+    camera = nominal_camera()
+    at_rest = marker_positions(arm, np.zeros((1, arm.n_joints)))[0].mean(axis=0)
+    base = _middle_mm(camera) - at_rest * (-1.0, 1.0)  # x_board = -x_robot (equation 12)
+    return ideal_world(arm, camera, ARM_PLANE_Z_MM, base, off)
+
+
+def _middle_mm(camera: Camera) -> Array:
+    """(2,) what the picture's middle shows of the arm's plane, board frame."""
+    middle = np.array([[camera.image_width - 1.0, camera.image_height - 1.0]]) / 2.0
+    return back_project(camera, middle, ARM_PLANE_Z_MM)[0, :2]
+
+
+def bench_table(port: str, url: str, arm: Arm | None = None) -> dict[str, Any]:
+    """Return the content of the emulated bench's file: an MG996R a joint, every second one turned round."""
     joint = {"zero_us": 1500.0, "us_per_rad": 636.62, "min_rad": -1.2, "max_rad": 1.2}
-    directions = (1, -1, 1)
+    n_joints = (nominal_arm() if arm is None else arm).n_joints
     return {
         "schema": "armtwin.bench/1",
+        **({} if arm is None else {"arm": _ARM_FILE}),
         "serial": {"port": port},
         "camera": {"source": url, "calibration": "camera.yaml", "arm_plane_z_mm": ARM_PLANE_Z_MM},
-        "joints": [{"servo": i + 1, "direction": sign, **joint} for i, sign in enumerate(directions)],
+        "joints": [{"servo": i + 1, "direction": -1 if i % 2 else 1, **joint} for i in range(n_joints)],
         "motion": {"max_step_rad": 0.5, "speed_rad_s": 1.5, "start_speed_rad_s": 0.5},
     }
 
 
-def emulated_setup(port: str, url: str) -> BenchSetup:
+def emulated_setup(port: str, url: str, arm: Arm | None = None) -> BenchSetup:
     """Return what the emulated bench's file says, without the file."""
-    return setup_of(check(BenchTable, bench_table(port, url), "emulated"), nominal_arm(), nominal_camera())
+    table = check(BenchTable, bench_table(port, url, arm), "emulated")
+    return setup_of(table, nominal_arm() if arm is None else arm, nominal_camera())
 
 
 class EmulatedBench:
     """Starts the emulated Arduino, the arm and the stream in a process of their own; use as a context manager.
 
-    `make_world` is called in that process, so it must be a function of a module. At `speed` 2 a second of the arm and
+    `arm` is another arm than the paper's; its `world_of` is filmed unless `make_world` makes one of the same arm, which
+    is called in that process, so that it must be a function of a module. At `speed` 2 a second of the arm and
     the Arduino passes in half a second; the stream stays at 30 Hz, and what the host waits for (three or four still
     pictures, timeouts) stays in real time, so that a capture gains less than `speed`, and nothing on a machine that has
     not the time to emulate so fast: two cores make 2. Raises `InputError` for a speed that is not from 0.1 to 4.
@@ -75,15 +104,17 @@ class EmulatedBench:
 
     def __init__(
         self,
-        make_world: Callable[[], World] = paper_world,
+        make_world: Callable[[], World] | None = None,
         *,
+        arm: Arm | None = None,
         sensor: Sensor | None = None,
         shadows: bool = False,
         speed: float = 1.0,
     ) -> None:
         if not MIN_SPEED <= speed <= MAX_SPEED:  # false for NaN
             raise InputError(f"speed of the emulated bench: {speed:g} is not between {MIN_SPEED:g} and {MAX_SPEED:g}")
-        self._make_world = make_world
+        self._arm = arm
+        self._make_world = make_world or (paper_world if arm is None else partial(world_of, arm))
         self._sensor = Sensor() if sensor is None else sensor
         self._shadows = shadows
         self._speed = speed
@@ -98,7 +129,10 @@ class EmulatedBench:
         self._folder = tempfile.TemporaryDirectory(prefix="armtwin-bench-")
         self._held = hold(Path(self._folder.name))
         write_camera(self.bench_file.parent / "camera.yaml", nominal_camera())
-        servo_map = emulated_setup("/dev/null", "http://127.0.0.1/").servo_map
+        if self._arm is not None:
+            arm_file = {"schema": "armtwin.arm/1", **arm_table(self._arm)}
+            self.bench_file.with_name(_ARM_FILE).write_text(tomli_w.dumps(arm_file), "utf-8")
+        servo_map = emulated_setup("/dev/null", "http://127.0.0.1/", self._arm).servo_map
         context = multiprocessing.get_context("spawn")  # an OpenGL context does not live through a fork
         self._pipe, theirs = context.Pipe()
         self._process = context.Process(
@@ -161,7 +195,7 @@ class EmulatedBench:
         self.tell("payload", float(payload_kg))
 
     def widths_us(self) -> Array:
-        """(3,) pulse widths on the servo pins now, us; NaN for a limp servo."""
+        """(6,) pulse widths on the servo pins now, us; NaN for a limp servo."""
         widths: Array = self.tell("widths")[0]
         return widths
 
@@ -175,4 +209,4 @@ class EmulatedBench:
         return answer
 
     def _write(self, port: str, url: str) -> None:
-        self.bench_file.write_text(tomli_w.dumps(bench_table(port, url)), "utf-8")
+        self.bench_file.write_text(tomli_w.dumps(bench_table(port, url, self._arm)), "utf-8")

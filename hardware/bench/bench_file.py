@@ -71,8 +71,10 @@ def read_bench(path: Path) -> BenchSetup:
     table = check(BenchTable, read_toml(path), path.name)
     arm = nominal_arm() if table.arm is None else read_arm(beside(path, "arm", table.arm))
     if arm.n_joints != len(table.joints):
+        named = "the paper's arm, since no arm is named," if table.arm is None else f"'{table.arm}'"
         raise InputError(
-            f"{path.name}: arm: '{table.arm}' has {arm.n_joints} joints, the board drives {len(table.joints)}"
+            f"{path.name}: arm: {named} has {arm.n_joints} joints, {len(table.joints)} tables [[joints]] are there; "
+            "name the arm's file, or write one table for each of its joints"
         )
     camera = read_camera(beside(path, "camera.calibration", table.camera.calibration))
     if not camera.t_board_camera_mm.any():

@@ -105,7 +105,7 @@ class HardwareBench:
         Raises `InputError` for a port, firmware or camera that cannot be used, `JobError` for a picture that cannot.
         """
         try:
-            self.link.connect()
+            self._refuse_more_joints(self.link.connect())
             self.webcam.open()
             self._refuse_bad_picture(to_grey(self.webcam.newest().image))
             self._settling.learn_noise()
@@ -188,6 +188,14 @@ class HardwareBench:
 
     def __exit__(self, *error: object) -> None:
         self.close()
+
+    def _refuse_more_joints(self, hello: Hello) -> None:
+        n_joints = self.setup.arm.n_joints
+        if n_joints > hello.n_servos:
+            raise InputError(
+                f"serial port {self.setup.port}: its board drives {hello.n_servos} servos, the bench file has "
+                f"{n_joints} joints"
+            )
 
     def _detach(self) -> bool:
         """Detach the servos, and tell whether the board has said that they are."""

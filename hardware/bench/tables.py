@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field, model_validator
 
-from armtwin.hardware.link.messages import MAX_DURATION_S, N_SERVOS
+from armtwin.hardware.link.messages import MAX_DURATION_S, MOST_SERVOS
 from armtwin.models.plan import MAX_STEP_RAD
 from armtwin.models.validation import Finite, NotNegative, Positive, Strict
 
@@ -30,7 +30,7 @@ def _not_true(value: object) -> object:
 class JointTable(Strict):
     """One joint: the servo that turns it and how far it may turn."""
 
-    servo: Annotated[int, Field(ge=1, le=N_SERVOS)]
+    servo: Annotated[int, Field(ge=1, le=MOST_SERVOS)]
     zero_us: Pulse = 1500.0
     # TowerPro's MG996R turns half a turn over 500 to 2500 us.
     us_per_rad: Annotated[float, Field(gt=50.0, lt=5000.0, allow_inf_nan=False)] = 636.62
@@ -125,7 +125,7 @@ class BenchTable(Strict):
     arm: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
     serial: SerialTable
     camera: CameraSettings
-    joints: Annotated[list[JointTable], Field(min_length=N_SERVOS, max_length=N_SERVOS)]
+    joints: Annotated[list[JointTable], Field(min_length=1, max_length=MOST_SERVOS)]
     motion: MotionTable = MotionTable()
     settle: SettleTable = SettleTable()
     quality: QualityTable = QualityTable()
@@ -133,13 +133,13 @@ class BenchTable(Strict):
     @model_validator(mode="after")
     def _is_consistent(self) -> BenchTable:
         servos = sorted(joint.servo for joint in self.joints)
-        if servos != list(range(1, N_SERVOS + 1)):
-            raise ValueError(f"joints: each servo 1 to {N_SERVOS} turns one joint, found servos {servos}")
+        if servos != list(range(1, len(servos) + 1)):
+            raise ValueError(f"joints: each servo 1 to {len(servos)} turns one joint, found servos {servos}")
         self._refuse_slow_motion()
         rest = self.motion.rest_rad
         if rest is not None and len(rest) != len(self.joints):
             raise ValueError(f"motion.rest_rad needs {len(self.joints)} angles, one a joint, found {len(rest)}")
-        for number, (joint, angle) in enumerate(zip(self.joints, rest or [0.0] * N_SERVOS, strict=True), start=1):
+        for number, (joint, angle) in enumerate(zip(self.joints, rest or [0.0] * len(servos), strict=True), start=1):
             if not joint.min_rad <= angle <= joint.max_rad:
                 raise ValueError(
                     f"motion.rest_rad of joint {number} is {angle:g}, outside its limits "

@@ -22,7 +22,7 @@ from armtwin.hardware.emulator.launcher import FirmwareEmulator, Pulse
 from armtwin.hardware.emulator.noise import NoisyLine, bad_piece
 from armtwin.hardware.link import messages
 from armtwin.hardware.link.framing import DELIMITER, FrameReader, encode
-from armtwin.hardware.link.messages import ANSWER, N_SERVOS, TICKS_PER_US, Request, Status
+from armtwin.hardware.link.messages import ANSWER, MOST_SERVOS, TICKS_PER_US, Request, Status
 from armtwin.hardware.link.ports import open_port
 from armtwin.hardware.link.servo_link import ServoLink
 
@@ -94,14 +94,14 @@ class Conversation:
             kind, wanted = int(self.rng.choice(UNKNOWN_TYPES)), Status.UNKNOWN_TYPE
         else:
             kind, wanted = int(self.rng.choice([Request.MOVE, Request.STATE])), Status.BAD_LENGTH
-        body = self.rng.bytes(int(self.rng.integers(9, 30)))  # longer than any body
+        body = self.rng.bytes(int(self.rng.integers(15, 30)))  # longer than any body
         status, _ = self.ask(kind, body)
         assert status is wanted, f"{status.name} to nonsense of type {kind}"
 
 
 def fuzz_limp(frames: int, seed: int) -> str:
     """First pass of the module's docstring; returns a line about it."""
-    with FirmwareEmulator(speed=SPEED) as board, _talk(board, seed) as talk:
+    with FirmwareEmulator(speed=SPEED) as board, greeted(board, seed) as talk:
         while talk.bad_sent < frames:
             talk.disturb()
             if talk.rng.random() < 0.3:
@@ -120,8 +120,8 @@ def fuzz_limp(frames: int, seed: int) -> str:
 
 def fuzz_armed(frames: int, seed: int) -> str:
     """Second pass of the module's docstring; returns a line about it."""
-    with FirmwareEmulator(speed=SPEED) as board, _talk(board, seed) as talk:
-        status, _ = talk.ask(Request.ARM, messages.widths_body([round(HOME_US * TICKS_PER_US)] * N_SERVOS))
+    with FirmwareEmulator(speed=SPEED) as board, greeted(board, seed) as talk:
+        status, _ = talk.ask(Request.ARM, messages.widths_body([round(HOME_US * TICKS_PER_US)] * MOST_SERVOS))
         assert status is Status.OK
         moves = 0
         pulses: list[Pulse] = []
@@ -151,7 +151,7 @@ def fuzz_link(frames: int, seed: int) -> str:
         NoisyLine(board.port, seed=seed, bad_frames=BAD_IN_A_ROW, lost=0.02, repeated=0.1) as line,
         ServoLink(line.port) as link,
     ):
-        link.arm([HOME_US] * N_SERVOS)
+        link.arm([HOME_US] * MOST_SERVOS)
         requests = 0
         pulses: list[Pulse] = []
         while line.bad_to_board < frames or line.bad_to_host < frames:
@@ -185,16 +185,16 @@ def catch_up(port: serial.Serial, sequence: int) -> int:
 
 
 @contextmanager
-def _talk(board: FirmwareEmulator, seed: int) -> Iterator[Conversation]:
+def greeted(board: FirmwareEmulator, seed: int) -> Iterator[Conversation]:
     """A conversation with a board that has booted and was greeted."""
     hello = encode(messages.request(Request.HELLO, 0, bytes((messages.PROTOCOL_VERSION,))))
     with open_port(board.port, 0.1) as port:
-        greeted = False
+        answered = False
         for _ in range(round(ANSWER_TIMEOUT_S / 0.1)):
             port.write(hello)
-            if greeted := bool(port.read(1)):
+            if answered := bool(port.read(1)):
                 break
-        assert greeted, "the board does not answer"
+        assert answered, "the board does not answer"
         while port.read(100):
             pass  # the rest of the hello
         port.timeout = ANSWER_TIMEOUT_S
@@ -203,7 +203,7 @@ def _talk(board: FirmwareEmulator, seed: int) -> Iterator[Conversation]:
 
 
 def _random_ticks(rng: np.random.Generator) -> list[int]:
-    pulses_us = HOME_US + rng.uniform(-SPREAD_US, SPREAD_US, N_SERVOS)
+    pulses_us = HOME_US + rng.uniform(-SPREAD_US, SPREAD_US, MOST_SERVOS)
     return [round(pulse * TICKS_PER_US) for pulse in pulses_us.tolist()]
 
 
@@ -215,7 +215,7 @@ def _at(board: FirmwareEmulator, ticks: list[int]) -> bool:
 def _check_pulses(pulses: list[Pulse]) -> None:
     """Assert that no servo missed a pulse, left the range of the commanded widths, or went faster than it may."""
     assert pulses, "an armed board sent no pulse"
-    for servo in range(N_SERVOS):
+    for servo in range(MOST_SERVOS):
         widths = np.array([pulse.width_us for pulse in pulses if pulse.servo == servo])
         rises_s = np.array([pulse.time_s - pulse.width_us * 1e-6 for pulse in pulses if pulse.servo == servo])
         far = np.abs(widths - HOME_US).max()

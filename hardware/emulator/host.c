@@ -33,9 +33,15 @@
 #define BYTE_CYCLES (11 * 136)
 #define TIME_LINE_CYCLES (CLOCK_HZ / 100)
 #define LAG_FORGIVEN_NS 20000000LL                // further behind than this, emulated time is not made up for
-#define FIRST_PIN 9                               // PB1
-#define N_PINS 3
+#define N_PINS 6
 #define INPUT_SIZE 512                            // bytes held between pseudo-terminal and UART, as a USB chip does
+
+// The servo pins by the board's order, as in servos.h.
+static const struct {
+  int arduino;
+  char port;
+  int bit;
+} PINS[N_PINS] = {{9, 'B', 1}, {10, 'B', 2}, {11, 'B', 3}, {5, 'D', 5}, {6, 'D', 6}, {7, 'D', 7}};
 
 static avr_t *avr;
 static avr_irq_t *uart_in;
@@ -73,7 +79,7 @@ static void fail(const char *what) {
 static void set_pin(int pin, bool value) {
   if (value && !high[pin]) rise[pin] = now();
   if (!value && high[pin]) {
-    printf("pulse %llu %d %llu\n", (unsigned long long)now(), FIRST_PIN + pin, (unsigned long long)(now() - rise[pin]));
+    printf("pulse %llu %d %llu\n", (unsigned long long)now(), PINS[pin].arduino, (unsigned long long)(now() - rise[pin]));
   }
   high[pin] = value;
 }
@@ -248,7 +254,7 @@ int main(int count, char **arguments) {
   uart_in = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT);
   avr_irq_register_notify(avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT), byte_from_avr, NULL);
   for (intptr_t pin = 0; pin < N_PINS; pin++) {
-    avr_irq_t *irq = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('B'), IOPORT_IRQ_PIN1 + (int)pin);
+    avr_irq_t *irq = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ(PINS[pin].port), IOPORT_IRQ_PIN0 + PINS[pin].bit);
     avr_irq_register_notify(irq, pin_changed, (void *)pin);
   }
   avr->reset = was_reset;

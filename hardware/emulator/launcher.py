@@ -26,19 +26,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.hardware.emulator.build import Built, build
-from armtwin.hardware.link.messages import N_SERVOS
 from armtwin.models.errors import JobError
 
 CLOCK_HZ = 16e6  # the Uno's crystal
-SERVO_PINS = (9, 10, 11)  # Arduino numbers, as in servos.h; joint 1 to 3
+SERVO_PINS = (9, 10, 11, 5, 6, 7)  # Arduino numbers, as in servos.h; servo 1 to 6
 PULSE_LOST_S = 0.05  # two and a half periods of 20 ms: a pin without a pulse for so long is no longer driven
-BACKLOG = 20_000  # pulses kept for a reader; over two minutes of three servos
+BACKLOG = 20_000  # pulses kept for a reader; over a minute of six servos
 START_TIMEOUT_S = 10.0
 
 
 @dataclass(frozen=True)
 class Pulse:
-    """One pulse, as it stood on the pin: `time_s` its end in emulated time, `servo` 0 to 2, `width_us` its length."""
+    """One pulse, as it stood on the pin: `time_s` its end in emulated time, `servo` 0 to 5, `width_us` its length."""
 
     time_s: float
     servo: int
@@ -127,9 +126,9 @@ class FirmwareEmulator:
             return self._resets
 
     def widths_us(self) -> NDArray[np.float64]:
-        """Width of the pulses on each servo pin now, shape (3,); NaN for a pin without pulses (a limp servo)."""
+        """Width of the pulses on each servo pin now, shape (6,); NaN for a pin without pulses (a limp servo)."""
         with self._changed:
-            widths = np.full(N_SERVOS, np.nan)
+            widths = np.full(len(SERVO_PINS), np.nan)
             for servo, pulse in self._last.items():
                 if self._time_s - pulse.time_s < PULSE_LOST_S:
                     widths[servo] = pulse.width_us

@@ -10,17 +10,17 @@ import struct
 from dataclasses import dataclass
 from enum import IntEnum
 
-PROTOCOL_VERSION = 1
-FIRMWARE_MAJOR = 1  # of the firmware beside this file; another may act otherwise on the same messages
-N_SERVOS = 3
+PROTOCOL_VERSION = 2
+FIRMWARE_MAJOR = 2  # of the firmware beside this file; another may act otherwise on the same messages
+MOST_SERVOS = 6  # of any board; how many one drives, it says itself
 MAX_DURATION_S = 60.0  # of a move
 TICKS_PER_US = 2  # widths are commanded in steps of 0.5 us
 ANSWER = 0x80  # bit of the type that tells an answer from a request
 
 _HELLO = struct.Struct("<BBBBHHHH")
-_STATE = struct.Struct(f"<BBIH{N_SERVOS}H")
+_STATE = struct.Struct("<BBIH")
 _DURATION = struct.Struct("<H")
-_WIDTHS = struct.Struct(f"<{N_SERVOS}H")
+_WIDTH_BYTES = 2
 
 
 class Request(IntEnum):
@@ -59,7 +59,10 @@ class DetachReason(IntEnum):
 
 @dataclass(frozen=True)
 class Hello:
-    """What the board says of itself; widths in us, `slew_us_per_s` the fastest change of a pulse width."""
+    """What the board says of itself; widths in us, `slew_us_per_s` the fastest change of a pulse width.
+
+    `n_servos` is how many it can drive.
+    """
 
     protocol_version: int
     firmware_version: tuple[int, int]
@@ -72,7 +75,7 @@ class Hello:
 
 @dataclass(frozen=True)
 class BoardState:
-    """State of the board; `pulses_us` are the widths it sends now, or sent last if it is not armed."""
+    """State of the board; `pulses_us` are the widths it sends now, or sent last if it is not armed; none before."""
 
     armed: bool
     moving: bool
@@ -93,7 +96,7 @@ def request(kind: Request, sequence: int, body: bytes = b"") -> bytes:
 
 def widths_body(ticks: list[int]) -> bytes:
     """Body of ARM: one width a servo, in ticks."""
-    return _WIDTHS.pack(*ticks)
+    return struct.pack(f"<{len(ticks)}H", *ticks)
 
 
 def move_body(duration_ms: int, ticks: list[int]) -> bytes:
@@ -131,7 +134,11 @@ def parse_hello(body: bytes) -> Hello:
 
 def parse_state(body: bytes) -> BoardState:
     """STATE's answer behind its status; raises MessageError if its length or reason is wrong."""
-    flags, reason, uptime_ms, bad_frames, *ticks = _unpack(_STATE, body)
+    flags, reason, uptime_ms, bad_frames = _unpack(_STATE, body[: _STATE.size])
+    widths = body[_STATE.size :]
+    if len(widths) % _WIDTH_BYTES or len(widths) > MOST_SERVOS * _WIDTH_BYTES:
+        raise MessageError(f"{len(widths)} bytes of pulse widths")
+    ticks = struct.unpack(f"<{len(widths) // _WIDTH_BYTES}H", widths)
     try:
         detach_reason = DetachReason(reason)
     except ValueError:

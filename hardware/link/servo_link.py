@@ -122,15 +122,21 @@ class ServoLink:
         return self._hello
 
     def arm(self, pulses_us: ArrayLike) -> None:
-        """Begin to send pulses of these widths, us, shape (n_servos,): the place where the arm is believed to be.
+        """Begin to send pulses of these widths, us, (n,) on servos 1 to n: the place where the arm is believed to be.
 
         A servo that is elsewhere jumps there, which no firmware can prevent: hobby servos report no position. Raises
         InputError for widths that the board would refuse, RefusedError (ALREADY_ARMED) if it is armed.
         """
-        self._ask(Request.ARM, messages.widths_body(self._ticks(pulses_us)))
+        ticks = self._ticks(pulses_us)
+        most = self.hello().n_servos
+        if not 1 <= len(ticks) <= most:
+            raise InputError(
+                f"pulse widths: the board at {self.port} drives 1 to {most} servos, {len(ticks)} asked for"
+            )
+        self._ask(Request.ARM, messages.widths_body(ticks))
 
     def move(self, pulses_us: ArrayLike, duration_s: float) -> float:
-        """Move to these widths, us, shape (n_servos,), all along one straight line; return the seconds that it takes.
+        """Move to these widths, us, one a servo that is armed, along one straight line; return the seconds it takes.
 
         Returns once the board has acknowledged. The board takes longer than `duration_s` (0 to 60) where its slew limit
         demands it. Raises InputError for widths or a duration that the board would refuse.
@@ -205,8 +211,8 @@ class ServoLink:
     def _ticks(self, pulses_us: ArrayLike) -> list[int]:
         hello = self.hello()
         pulses = np.asarray(pulses_us, dtype=np.float64)
-        if pulses.shape != (hello.n_servos,):
-            raise InputError(f"pulse widths: the board drives {hello.n_servos} servos, got shape {pulses.shape}")
+        if pulses.ndim != 1:
+            raise InputError(f"pulse widths: one a servo is wanted, got shape {pulses.shape}")
         ticks = np.rint(
             pulses * messages.TICKS_PER_US
         )  # first: an angle at the servo's very end may miss it by 1e-13 us
@@ -272,9 +278,9 @@ def _checked_hello(port: str, body: bytes) -> Hello:
             f"serial port {port}: its firmware is version {major}.{minor}, this program wants "
             f"{messages.FIRMWARE_MAJOR}.x; {FIRMWARE_HINT}"
         )
-    if hello.n_servos != messages.N_SERVOS:
+    if not 1 <= hello.n_servos <= messages.MOST_SERVOS:
         raise WrongFirmwareError(
-            f"serial port {port}: its firmware drives {hello.n_servos} servos, {messages.N_SERVOS} wanted; "
+            f"serial port {port}: its firmware drives {hello.n_servos} servos, 1 to {messages.MOST_SERVOS} are wanted; "
             f"{FIRMWARE_HINT}"
         )
     return hello

@@ -49,8 +49,8 @@ def open_bench(
     match bench_spec(bench) if isinstance(bench, str) else bench:
         case SimulatedSpec(scenario):
             return simulated_bench(scenario, session.purpose, session.n_poses, session.samples_before)
-        case EmulatedSpec(speed):
-            return EmulatedHardwareBench(speed)
+        case EmulatedSpec(speed, arm):
+            return EmulatedHardwareBench(speed, arm)
         case HardwareSpec(setup):
             return HardwareBench(setup, marker_finder(setup.arm, setup.camera, setup.arm_plane_z_mm), hang_by)
         case RemoteSpec(url, token):
@@ -67,8 +67,8 @@ def bench_setup(said: str) -> Iterator[BenchSetup]:
     match bench_spec(said):
         case HardwareSpec(setup):
             yield setup
-        case EmulatedSpec(speed):
-            with EmulatedBench(speed=speed) as emulated:
+        case EmulatedSpec(speed, arm):
+            with EmulatedBench(speed=speed, arm=arm) as emulated:
                 yield read_bench(emulated.bench_file)
         case _:
             wanted = "a bench file (TOML) or 'emulated' is wanted"

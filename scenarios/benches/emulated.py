@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from armtwin.hardware.bench.bench_file import read_bench
 from armtwin.hardware.bench.hardware_bench import HardwareBench
+from armtwin.models.arm import Arm
 from armtwin.models.bench import BenchDescription, Frame
 from armtwin.models.errors import JobError
 from armtwin.scenarios.emulated_bench import EmulatedBench, emulated_setup
@@ -19,10 +20,10 @@ from armtwin.scenarios.marker_finder import marker_finder
 class EmulatedHardwareBench:
     """Satisfies `armtwin.models.bench.Bench`; from the port upwards everything is the real bench's."""
 
-    def __init__(self, speed: float = 1.0) -> None:
-        """Note the speed, times real time; raises `InputError` as `EmulatedBench` does."""
-        self.emulator = EmulatedBench(speed=speed)
-        self._setup = emulated_setup("/dev/null", "http://127.0.0.1/")  # port and stream are not known before
+    def __init__(self, speed: float = 1.0, arm: Arm | None = None) -> None:
+        """Note the speed, times real time, and maybe another arm; raises `InputError` as `EmulatedBench` does."""
+        self.emulator = EmulatedBench(speed=speed, arm=arm)
+        self._setup = emulated_setup("/dev/null", "http://127.0.0.1/", arm)  # port and stream are not known before
         self._bench: HardwareBench | None = None
 
     @property

@@ -9,7 +9,7 @@ http://127.0.0.1:8000/      a bench that somebody serves
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Literal
 from urllib.parse import urlsplit
@@ -17,6 +17,7 @@ from urllib.parse import urlsplit
 from pydantic import Field
 
 from armtwin.hardware.bench.bench_file import BenchSetup, beside, read_bench
+from armtwin.models.arm import Arm, read_arm
 from armtwin.models.errors import InputError, nearest
 from armtwin.models.toml_reader import read_toml
 from armtwin.models.validation import Strict, check, short
@@ -41,9 +42,10 @@ class SimulatedSpec:
 
 @dataclass(frozen=True)
 class EmulatedSpec:
-    """The emulated bench at `speed` times real time."""
+    """The emulated bench at `speed` times real time, with the paper's arm or another."""
 
     speed: float = 1.0
+    arm: Arm | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +76,7 @@ class _EmulatedFile(Strict):
     schema_: Literal["armtwin.bench/1"] = Field(alias="schema")
     kind: Literal["emulated"]
     speed: Annotated[float, Field(ge=MIN_SPEED, le=MAX_SPEED)] = 1.0
+    arm: Annotated[str, Field(min_length=1, max_length=1000)] | None = None
 
 
 class _RemoteFile(Strict):
@@ -90,7 +93,7 @@ def bench_spec(said: str, *, token: str | None = None, speed: float | None = Non
     spec = _by_word_or_file(said, token)
     if speed is not None and not isinstance(spec, EmulatedSpec):
         raise InputError("--speed: a bench goes at its own speed; leave it out, or use --bench emulated")
-    return EmulatedSpec(speed) if speed is not None else spec
+    return replace(spec, speed=speed) if isinstance(spec, EmulatedSpec) and speed is not None else spec
 
 
 def _by_word_or_file(said: str, token: str | None) -> BenchSpec:
@@ -121,7 +124,9 @@ def _in_file(path: Path, token: str | None) -> BenchSpec:
         known = name in builtin_scenarios()
         return SimulatedSpec(read_scenario(name if known else str(beside(path, "scenario", name))))
     if kind == "emulated":
-        return EmulatedSpec(check(_EmulatedFile, table, path.name).speed)
+        emulated = check(_EmulatedFile, table, path.name)
+        arm = None if emulated.arm is None else read_arm(beside(path, "arm", emulated.arm))
+        return EmulatedSpec(emulated.speed, arm)
     if kind == "remote":
         return _remote(check(_RemoteFile, table, path.name).url, token)
     raise InputError(f"{path.name}: kind: found {short(kind)}, one of hardware, simulated, emulated, remote is wanted")

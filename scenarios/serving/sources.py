@@ -53,8 +53,8 @@ def source_of(said: str) -> BenchSource:
     Raises `InputError` for what is none of them and `JobError` where the emulator cannot be started.
     """
     match bench_spec(said):
-        case EmulatedSpec(speed):
-            emulated = EmulatedBench(speed=speed)
+        case EmulatedSpec(speed, arm):
+            emulated = EmulatedBench(speed=speed, arm=arm)
             emulated.start()
             return _hardware("The emulated bench", read_bench(emulated.bench_file), emulated)
         case HardwareSpec(setup):

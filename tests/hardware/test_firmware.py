@@ -58,7 +58,7 @@ class Wire:
         self._port.write(frame * round(FLOOD_S / BYTE_S / len(frame)))
 
     def hello(self) -> None:
-        assert self.ask(Request.HELLO, 0, b"\x01")[0] is Status.OK
+        assert self.ask(Request.HELLO, 0, b"\x02")[0] is Status.OK
 
     def arm(self, pulses_us: tuple[float, ...] = (1500.0, 1500.0, 1500.0), sequence: int = 1) -> Status:
         return self.ask(Request.ARM, sequence, messages.widths_body(ticks(pulses_us)))[0]
@@ -83,7 +83,10 @@ def widths(pulses: list[Pulse], servo: int) -> np.ndarray:
 
 
 def is_at(board: FirmwareEmulator, pulses_us: tuple[float, ...]) -> bool:
-    return board.wait_until(lambda: bool(np.allclose(board.widths_us(), pulses_us, atol=CYCLE_US, rtol=0)), PATIENCE_S)
+    wanted = [*pulses_us, *[np.nan] * (6 - len(pulses_us))]
+    return board.wait_until(
+        lambda: bool(np.allclose(board.widths_us(), wanted, atol=CYCLE_US, rtol=0, equal_nan=True)), PATIENCE_S
+    )
 
 
 def is_limp(board: FirmwareEmulator) -> bool:
@@ -145,15 +148,18 @@ def test_a_greeting_and_refused_requests_start_no_pulses(board: FirmwareEmulator
     assert board.drain() == []
 
 
-@pytest.mark.parametrize("first_us", [500.0, 763.5, 1027.0, 1500.5, 1999.0, 2500.0])
+@pytest.mark.parametrize("n_servos", [1, 2, 3, 4, 5, 6])
+@pytest.mark.parametrize("first_us", [500.0, 1027.0, 1500.5, 2500.0])
 def test_pulses_are_as_long_as_asked_to_the_cycle_and_come_every_20_ms(
-    board: FirmwareEmulator, wire: Wire, first_us: float
+    board: FirmwareEmulator, wire: Wire, first_us: float, n_servos: int
 ) -> None:
-    pulses_us = (first_us, 3000.0 - first_us, 1234.5)  # edges in every phase of the instructions around them
+    # Edges in every phase of the instructions around them.
+    pulses_us = (first_us, 3000.0 - first_us, 1234.5, 763.5, 2500.0, 1999.0)[:n_servos]
     wire.hello()
     wire.arm(pulses_us)
     run(board, 0.5)
     pulses = board.drain()
+    assert {pulse.servo for pulse in pulses} == set(range(n_servos))
     for servo, wanted in enumerate(pulses_us):
         mine = [(in_cycles(pulse.time_s * 1e6), in_cycles(pulse.width_us)) for pulse in pulses if pulse.servo == servo]
         assert len(mine) > 20
@@ -172,24 +178,37 @@ def test_pulses_keep_their_length_while_the_line_is_busy(board: FirmwareEmulator
 
 
 @pytest.mark.parametrize("reading", [True, False], ids=["answers-read", "answers-unread"])
+@pytest.mark.parametrize("n_servos", [3, 6])
 def test_good_frames_at_line_rate_neither_reset_it_nor_touch_a_pulse(
-    board: FirmwareEmulator, wire: Wire, reading: bool
+    board: FirmwareEmulator, wire: Wire, reading: bool, n_servos: int
 ) -> None:
     """Answers are three times as long as what asks for them, so that the board's line is never idle."""
-    start(board, wire)
+    home = (1500.0,) * n_servos
+    start(board, wire, home)
     wire.flood(Request.STATE, 2)
     if not reading:
         run(board, FLOOD_S)
     catch_up(wire._port, 100)
     assert board.resets == 1
     pulses = board.drain()
-    assert len(pulses) > 3 * FLOOD_S / 0.02
-    for servo in range(3):
+    assert len(pulses) > n_servos * FLOOD_S / 0.02
+    for servo in range(n_servos):
         mine = [pulse for pulse in pulses if pulse.servo == servo]
         assert {in_cycles(pulse.width_us) for pulse in mine} == {in_cycles(1500.0)}
         assert set(np.diff([in_cycles(pulse.time_s * 1e6) for pulse in mine])) == {in_cycles(20_000.0)}
-    assert wire.move(3, (1600.0, 1500.0, 1500.0))[0] is Status.OK
-    assert is_at(board, (1600.0, 1500.0, 1500.0))
+    assert wire.move(3, (1600.0, *home[1:]))[0] is Status.OK
+    assert is_at(board, (1600.0, *home[1:]))
+
+
+def test_six_servos_take_each_step_of_a_move_together_on_a_busy_line(board: FirmwareEmulator, wire: Wire) -> None:
+    start(board, wire, (1500.0,) * 6)
+    wire.move(2, (1600.0,) * 6, 1000)
+    wire.flood(Request.STATE, 3)
+    run(board, FLOOD_S)
+    pulses = board.drain()
+    way = np.stack([widths(pulses, servo)[-60:] for servo in range(6)])
+    assert np.ptp(way, axis=0).max() <= CYCLE_US
+    assert abs(way[0, -1] - 1600.0) <= CYCLE_US
 
 
 def test_a_move_goes_on_in_equal_steps_while_good_frames_come_at_line_rate(board: FirmwareEmulator, wire: Wire) -> None:
@@ -310,6 +329,18 @@ def test_another_hello_detaches(board: FirmwareEmulator, wire: Wire) -> None:
     assert wire.state(1).detach_reason is DetachReason.HELLO
 
 
+@pytest.mark.parametrize("n_servos", [0, 7])
+def test_no_servo_and_a_seventh_are_refused(wire: Wire, n_servos: int) -> None:
+    wire.hello()
+    assert wire.arm((1500.0,) * n_servos) is Status.BAD_LENGTH
+
+
+def test_a_move_of_other_servos_than_were_armed_is_refused(board: FirmwareEmulator, wire: Wire) -> None:
+    start(board, wire, (1500.0, 1500.0))
+    assert wire.move(2, (1600.0, 1600.0, 1600.0))[0] is Status.BAD_LENGTH
+    assert wire.state(3).pulses_us == (1500.0, 1500.0)
+
+
 def test_an_armed_board_is_not_armed_elsewhere(wire: Wire) -> None:
     wire.hello()
     wire.arm()
@@ -343,8 +374,9 @@ def test_its_own_answers_come_back_unanswered(wire: Wire) -> None:
 @pytest.mark.parametrize("kind", list(Request))
 def test_a_body_of_a_wrong_length_is_refused(wire: Wire, kind: Request) -> None:
     wire.hello()
-    wire.arm()
-    assert wire.ask(kind, 9, b"0123456789")[0] is Status.BAD_LENGTH
+    if kind is not Request.ARM:
+        wire.arm()
+    assert wire.ask(kind, 9, b"012345678")[0] is Status.BAD_LENGTH
 
 
 def test_a_program_that_hangs_is_reset_by_the_watchdog(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 
 from armtwin.hardware.link.framing import FrameReader
 
-HELLO = bytes.fromhex("01 01 00 03 e803 8813 a00f d007")  # behind its status: what a good board says of itself
+HELLO = bytes.fromhex("02 02 00 06 e803 8813 a00f d007")  # behind its status: what a good board says of itself
 
 
 @contextmanager

@@ -1,4 +1,5 @@
-// Firmware of the armtwin bench for an Arduino Uno: three servos on pins 9, 10 and 11, told what to do over USB serial.
+// Firmware of the armtwin bench for an Arduino Uno: one to six servos, told what to do over USB serial. Servos 1 to 3 are
+// on pins 9, 10, 11, servos 4 to 6 on pins 5, 6, 7.
 //
 // It boots without pulses, sends pulses only after ARM, refuses widths out of range, is never faster than its slew
 // limit, and detaches the servos when the host was silent for two seconds. If the sketch itself hangs, the processor's
@@ -21,8 +22,8 @@ static uint32_t heard_ms = 0;
 
 static uint16_t read_u16(const uint8_t *bytes) { return bytes[0] | (uint16_t)bytes[1] << 8; }
 
-static void read_widths(const uint8_t *bytes, uint16_t *widths) {
-  for (uint8_t servo = 0; servo < N_SERVOS; servo++) widths[servo] = read_u16(bytes + 2 * servo);
+static void read_widths(const uint8_t *bytes, uint16_t *widths, uint8_t count) {
+  for (uint8_t servo = 0; servo < count; servo++) widths[servo] = read_u16(bytes + 2 * servo);
 }
 
 static void put_u16(uint16_t value) {
@@ -56,7 +57,7 @@ static void put_hello() {
   answer[answer_size++] = PROTOCOL_VERSION;
   answer[answer_size++] = FIRMWARE_MAJOR;
   answer[answer_size++] = FIRMWARE_MINOR;
-  answer[answer_size++] = N_SERVOS;
+  answer[answer_size++] = MOST_SERVOS;
   put_u16(MIN_WIDTH);
   put_u16(MAX_WIDTH);
   put_u16(SLEW_PER_S);
@@ -64,24 +65,27 @@ static void put_hello() {
 }
 
 static Status do_arm(const uint8_t *body, uint8_t size) {
-  uint16_t widths[N_SERVOS];
-  if (size != 2 * N_SERVOS) return BAD_LENGTH;
+  uint16_t widths[MOST_SERVOS];
+  uint8_t count = size / 2;
+  if (size % 2 != 0 || count == 0 || count > MOST_SERVOS) return BAD_LENGTH;
   if (servos_armed()) return ALREADY_ARMED;  // to begin elsewhere now would be a jump
-  read_widths(body, widths);
-  if (!servos_allowed(widths)) return BAD_WIDTH;
+  read_widths(body, widths, count);
+  if (!servos_allowed(widths, count)) return BAD_WIDTH;
   detach_reason = NONE;
-  servos_arm(widths);
+  servos_arm(widths, count);
   return OK;
 }
 
 static Status do_move(const uint8_t *body, uint8_t size) {
-  uint16_t widths[N_SERVOS];
-  if (size != 2 + 2 * N_SERVOS) return BAD_LENGTH;
+  uint16_t widths[MOST_SERVOS];
+  if (size > 2 + 2 * MOST_SERVOS) return BAD_LENGTH;
   if (!servos_armed()) return NOT_ARMED;
+  uint8_t count = servos_count();
+  if (size != 2 + 2 * count) return BAD_LENGTH;
   uint16_t duration_ms = read_u16(body);
   if (duration_ms > MAX_DURATION_MS) return BAD_DURATION;
-  read_widths(body + 2, widths);
-  if (!servos_allowed(widths)) return BAD_WIDTH;
+  read_widths(body + 2, widths, count);
+  if (!servos_allowed(widths, count)) return BAD_WIDTH;
   put_u16(servos_move(widths, duration_ms));
   return OK;
 }
@@ -92,7 +96,7 @@ static Status do_state(uint8_t size) {
   answer[answer_size++] = detach_reason;
   put_u32(millis());
   put_u16(reader.bad_frames);
-  for (uint8_t servo = 0; servo < N_SERVOS; servo++) put_u16(servos_width(servo));
+  for (uint8_t servo = 0; servo < servos_count(); servo++) put_u16(servos_width(servo));
   return OK;
 }
 

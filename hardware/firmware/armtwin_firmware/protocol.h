@@ -3,8 +3,8 @@
 #include <stdint.h>
 
 const uint32_t BAUD = 115200;
-const uint8_t PROTOCOL_VERSION = 1;
-const uint8_t FIRMWARE_MAJOR = 1;
+const uint8_t PROTOCOL_VERSION = 2;
+const uint8_t FIRMWARE_MAJOR = 2;
 const uint8_t FIRMWARE_MINOR = 0;
 
 const uint8_t MIN_PAYLOAD = 2;   // bytes: type, sequence

@@ -123,7 +123,9 @@ def test_connecting_sends_no_pulse(bench: HardwareBench, board: FirmwareEmulator
 def test_a_move_ends_with_the_mapped_pulses_on_the_pins(bench: HardwareBench, board: FirmwareEmulator):
     bench.move(np.array([0.2, 0.1, -0.1]))
 
-    np.testing.assert_allclose(board.widths_us(), bench.setup.servo_map.pulses_us(np.array([0.2, 0.1, -0.1])), atol=1.0)
+    np.testing.assert_allclose(
+        board.widths_us()[:3], bench.setup.servo_map.pulses_us(np.array([0.2, 0.1, -0.1])), atol=1.0
+    )
 
 
 def test_the_first_pulses_are_those_of_the_rest_pose_and_no_step_is_a_jump(
@@ -289,4 +291,4 @@ def test_a_camera_that_is_not_there_leaves_the_port_free(wired: BenchSetup, film
         HardwareBench(replace(wired, camera_settings=gone)).connect()
 
     with HardwareBench(wired) as bench:
-        assert bench.hello.n_servos == 3
+        assert bench.hello.n_servos == 6

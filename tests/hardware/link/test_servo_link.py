@@ -27,7 +27,10 @@ PATIENCE_S = 10.0  # real time; only a failing test waits so long
 
 
 def is_at(board: FirmwareEmulator, pulses_us: list[float]) -> bool:
-    return board.wait_until(lambda: bool(np.allclose(board.widths_us(), pulses_us, atol=0.5, rtol=0)), PATIENCE_S)
+    wanted = [*pulses_us, *[np.nan] * (6 - len(pulses_us))]
+    return board.wait_until(
+        lambda: bool(np.allclose(board.widths_us(), wanted, atol=0.5, rtol=0, equal_nan=True)), PATIENCE_S
+    )
 
 
 def is_limp(board: FirmwareEmulator) -> bool:
@@ -43,20 +46,31 @@ def refusal(port: str, kind: type[InputError] = InputError, boot_timeout_s: floa
 
 
 def test_firmware_of_another_protocol_version_is_refused_with_the_remedy() -> None:
-    with scripted_board(lambda payload: encode(bytes((0x81, payload[1], 0, 2)) + HELLO[1:])) as port:
-        assert "speaks version 2 of the protocol, this program version 1; upload" in refusal(port, WrongFirmwareError)
+    with scripted_board(lambda payload: encode(bytes((0x81, payload[1], 0, 1)) + HELLO[1:])) as port:
+        assert "speaks version 1 of the protocol, this program version 2; upload" in refusal(port, WrongFirmwareError)
 
 
 def test_firmware_of_another_major_version_is_refused_with_the_remedy() -> None:
-    newer = HELLO[:1] + b"\x02\x05" + HELLO[3:]
+    newer = HELLO[:1] + b"\x03\x05" + HELLO[3:]
     with scripted_board(lambda payload: encode(bytes((0x81, payload[1], 0)) + newer)) as port:
-        assert "its firmware is version 2.5, this program wants 1.x; upload" in refusal(port, WrongFirmwareError)
+        assert "its firmware is version 3.5, this program wants 2.x; upload" in refusal(port, WrongFirmwareError)
 
 
-def test_another_number_of_servos_is_refused() -> None:
-    four = HELLO[:3] + b"\x04" + HELLO[4:]
-    with scripted_board(lambda payload: encode(bytes((0x81, payload[1], 0)) + four)) as port:
-        assert "drives 4 servos, 3 wanted; upload" in refusal(port, WrongFirmwareError)
+@pytest.mark.parametrize("n", [0, 7])
+def test_more_servos_than_the_protocol_has_room_for_are_refused(n: int) -> None:
+    many = HELLO[:3] + bytes((n,)) + HELLO[4:]
+    with scripted_board(lambda payload: encode(bytes((0x81, payload[1], 0)) + many)) as port:
+        assert f"drives {n} servos, 1 to 6 are wanted; upload" in refusal(port, WrongFirmwareError)
+
+
+def test_how_many_servos_a_board_drives_is_taken_from_its_hello() -> None:
+    two = HELLO[:3] + b"\x02" + HELLO[4:]
+    with (
+        scripted_board(lambda payload: encode(bytes((payload[0] | 0x80, payload[1], 0)) + two)) as port,
+        ServoLink(port, keep_alive=False) as link,
+        pytest.raises(InputError, match="drives 1 to 2 servos, 3 asked for"),
+    ):
+        link.arm(HOME)
 
 
 def test_another_sketch_that_talks_is_told_from_silence() -> None:
@@ -141,7 +155,8 @@ def test_a_move_reaches_the_pins(board: FirmwareEmulator, link: ServoLink) -> No
 @pytest.mark.parametrize(
     ("pulses_us", "message"),
     [
-        ([1500.0, 1500.0], r"drives 3 servos, got shape \(2,\)"),
+        ([1500.0] * 7, "drives 1 to 6 servos, 7 asked for"),
+        ([], "drives 1 to 6 servos, 0 asked for"),
         ([1500.0, 499.0, 1500.0], "pulse width of servo 2: 499.0 us is not between 500 and 2500 us"),
         ([1500.0, 1500.0, float("nan")], "pulse width of servo 3: nan us"),
     ],
@@ -206,7 +221,7 @@ def test_leaving_by_an_error_detaches(board: FirmwareEmulator, error: type[BaseE
 @pytest.mark.avr
 def test_a_boot_loader_of_two_seconds_is_waited_for() -> None:
     with FirmwareEmulator(speed=2.0, boot_delay_s=2.0) as board, ServoLink(board.port) as link:
-        assert link.hello().firmware_version == (1, 0)
+        assert link.hello().firmware_version == (2, 0)
 
 
 @pytest.mark.avr

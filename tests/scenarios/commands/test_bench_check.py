@@ -80,7 +80,7 @@ def test_a_check_ended_by_a_signal_detaches_at_once(emulated: EmulatedBench, how
     )
     wait_until(lambda: np.isnan(emulated.widths_us()).all(), PATIENCE_S)  # whoever was before it has detached
     with subprocess.Popen([sys.executable, "-c", code, str(emulated.bench_file)], stderr=subprocess.PIPE) as host:
-        wait_until(lambda: np.isfinite(emulated.widths_us()).all(), PATIENCE_S)
+        wait_until(lambda: np.isfinite(emulated.widths_us()[:3]).all(), PATIENCE_S)
         host.send_signal(how)
         _, said = host.communicate(timeout=PATIENCE_S)
 
