@@ -27,7 +27,12 @@ class Lab:
         return NOTEBOOKS / f"{self.stem}.py"
 
 
-LABS = (Lab(4, "lab_4_calibration", "Calibration, and what cannot be known", 90),)
+LABS = (
+    Lab(1, "lab_1_lens", "The lens", 60),
+    Lab(2, "lab_2_marker", "The marker", 75),
+    Lab(3, "lab_3_arm", "The arm and its inverse", 75),
+    Lab(4, "lab_4_calibration", "Calibration, and what cannot be known", 90),
+)
 
 
 def lab_numbered(number: int) -> Lab:

@@ -1,8 +1,8 @@
 """Lab 4: calibration, and what cannot be known.
 
 **Goals.** The student writes a cost, a descent, a Jacobian and a Gauss–Newton fit with his own hands; sees that a
-descent ends where it started along a direction that no data tell, and that this makes numbers look well known that are
-not; states an interval with the right degrees of freedom; and judges a fit on poses that it has not seen.
+descent ends where it started along a direction that no data tell, and that this makes numbers look well known that
+are not; states an interval with the right degrees of freedom; and judges a fit on poses that it has not seen.
 
 **Before.** Lab 3, or D-H parameters from a lecture; singular values; least squares.
 

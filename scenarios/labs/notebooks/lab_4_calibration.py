@@ -109,7 +109,9 @@ def _(np):
 
 @app.cell(hide_code=True)
 def _(check, descend):
-    check.descent(descend)
+    descends = check.descent(descend)
+    descends
+    return (descends,)
 
 
 @app.cell(hide_code=True)
@@ -130,13 +132,13 @@ def _(mo):
 
 
 @app.cell(hide_code=True)
-def _(NAMES, circles, descend, forward, mo, np, rate, show, slope_of, steps):
+def _(NAMES, circles, descend, descends, forward, mo, np, rate, show, slope_of, steps):
+    mo.stop(not descends.passed, mo.md("*This runs when `descend` is right.*"))
     _unit = np.array([1.0, 1.0, 1.0, 1.0, *np.full(3, np.pi / 180)])
     _starts = {"from zero": np.zeros(7), "from the paper's start": np.array([5.0, 5, 1, 1, 5, 5, 5])}
     _every = steps.value // 100
     with np.errstate(all="ignore"):
         _paths = {_name: descend(slope_of(circles), _x, rate.value, steps.value) for _name, _x in _starts.items()}
-        mo.stop(any(_path is None for _path in _paths.values()), mo.md("*This runs when `descend` is written.*"))
         _errors = {
             _name: np.array(
                 [
@@ -201,13 +203,15 @@ def _(forward, np):
 
 @app.cell(hide_code=True)
 def _(check, jacobian):
-    check.jacobian(jacobian)
+    tells = check.jacobian(jacobian)
+    tells
+    return (tells,)
 
 
 @app.cell(hide_code=True)
-def _(circles, jacobian, mo, np, show):
+def _(circles, jacobian, mo, np, show, tells):
+    mo.stop(not tells.passed, mo.md("*The singular values are drawn when `jacobian` is right.*"))
     _J = jacobian(np.zeros(7), circles.q_cmd)
-    mo.stop(_J is None, mo.md("*The singular values are drawn when `jacobian` is written.*"))
     # Columns in mm and degrees, so that all have one unit.
     _s = np.linalg.svd(_J * np.array([1, 1, 1, 1, *np.full(3, np.pi / 180)]), compute_uv=False)
     show.curves(np.arange(1, 8), {"singular values": _s}, "number", "mm a unit step", log=True, marks=True)
