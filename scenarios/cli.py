@@ -31,6 +31,7 @@ COMMANDS = {
     "serve": "serve:serve_command",
     "seal": "seal:seal_command",
     "score": "score:score_command",
+    "sweep": "sweep:sweep_command",
     "effects": "effects:effects_command",
     "export": "export:export_command",
     "correct": "correct:correct_command",

@@ -93,7 +93,7 @@ def make_world(task: Task) -> dict[str, Any]:
     with atomic.folder_aside(world_folder(task.out, task.index)) as folder:
         recording = sealed.recording
         if task.options.frames:
-            recording = _filmed(folder, recording, sealed.world, rng)
+            recording = filmed(folder, recording, sealed.world, rng)
             truth |= _by_measured_noise(truth, recording)
         write_recording(folder, recording)
     return truth
@@ -112,7 +112,7 @@ def _drawn(task: Task, rng: np.random.Generator) -> Sealed:
     raise JobError(f"world {task.index}: no draw in which {' and '.join(order.effects)} shows above the noise")
 
 
-def _filmed(folder: Path, recording: Recording, world: World, rng: np.random.Generator) -> Recording:
+def filmed(folder: Path, recording: Recording, world: World, rng: np.random.Generator) -> Recording:
     """Render every pose into `folder/frames` and return the recording with what was measured in them."""
     timed = recording.has_time and len(recording) > 1
     period = float(np.median(np.diff(recording.time_s))) if timed else world.pose_period_s

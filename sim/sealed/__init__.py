@@ -13,13 +13,16 @@ from armtwin.sim.sealed.draw import (
     sealed_effects,
     truth_of,
 )
+from armtwin.sim.sealed.of_size import Wanted, draw_of_size
 
 __all__ = [
     "STRENGTHS",
     "Scene",
     "Sealed",
     "Strength",
+    "Wanted",
     "bench_of",
+    "draw_of_size",
     "draw_world",
     "hide",
     "moved_px",

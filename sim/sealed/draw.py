@@ -16,6 +16,7 @@ from armtwin.models.catalogue.registry import catalogue, effect_named
 from armtwin.models.catalogue.sealed import Hidden, Sealing
 from armtwin.models.errors import InputError, JobError
 from armtwin.models.kinematics import Deviation
+from armtwin.models.plan import Plan
 from armtwin.models.recordings.recording import Recording
 from armtwin.models.recordings.writer import camera_table
 from armtwin.models.world import World, ideal_world
@@ -89,8 +90,12 @@ def bench_of(
     n_poses: int | None = None,
     noise_px: float | None = None,
     markers: Sequence[str] | None = None,
+    given: tuple[Plan, tuple[str, ...]] | None = None,
 ) -> tuple[World, Scene]:
-    """Draw a true bench without effects, fit for `names`, and the scene: what is done and looked for on it."""
+    """Draw a true bench without effects, fit for `names`, and the scene: what is done and looked for on it.
+
+    `given` are a plan and the names of its held-out trajectories, where none is to be drawn.
+    """
     hiding = [sealing_of(name) for name in names]
     declared = nominal_arm() if arm is None else arm
     if arm is None and (any(how.in_gravity for how in hiding) or rng.random() < 0.5):
@@ -101,7 +106,9 @@ def bench_of(
     )
     base = np.array(_BASE_MM) + rng.uniform(-_BASE_SPREAD_MM, _BASE_SPREAD_MM, 2)
     world = ideal_world(declared, read_camera(NOMINAL / "webcam.yaml"), _ARM_PLANE_MM, base, deviation)
-    plan, held_out = draw_plan(rng, declared, int(rng.integers(120, 261)) if n_poses is None else n_poses)
+    if given is None:
+        given = draw_plan(rng, declared, int(rng.integers(120, 261)) if n_poses is None else n_poses)
+    plan, held_out = given
     period = rng.uniform(1.0, 3.0)
     timed = any(how.timed for how in hiding) or rng.random() < 0.8
     noise = float(np.exp(rng.uniform(*np.log(_NOISE_PX)))) if noise_px is None else noise_px
@@ -176,7 +183,7 @@ def _record(
             "effect": name,
             "joint": hidden.site.joint,
             "marker": hidden.site.marker,
-            "parameters": _plain(hidden.parameters(amplitude)),
+            "parameters": plain(hidden.parameters(amplitude)),
             "moved_px": moved,
             "moved_noises": moved / scene.noise_px,
         }
@@ -204,7 +211,7 @@ def record(rng: Generator, world: World, scene: Scene, missing: float = 0.0) -> 
     )
 
 
-def _plain(parameters: dict[str, Any]) -> dict[str, Any]:
+def plain(parameters: dict[str, Any]) -> dict[str, Any]:
     """Return parameters without NumPy's scalars."""
     return {name: value.item() if isinstance(value, np.generic) else value for name, value in parameters.items()}
 
