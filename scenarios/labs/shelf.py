@@ -32,6 +32,8 @@ LABS = (
     Lab(2, "lab_2_marker", "The marker", 75),
     Lab(3, "lab_3_arm", "The arm and its inverse", 75),
     Lab(4, "lab_4_calibration", "Calibration, and what cannot be known", 90),
+    Lab(5, "lab_5_faults", "What is still wrong", 90),
+    Lab(6, "lab_6_experiment", "The next experiment", 75),
 )
 
 

@@ -35,7 +35,7 @@ def test_each_check_finds_a_mistake_and_says_something_of_it(lab: Lab) -> None:
     for turn in range(max(len(mistakes) for mistakes in wrong.values())):
         checks = checks_of(lab, {name: mistakes[turn % len(mistakes)] for name, mistakes in wrong.items()})
         assert [check for check in checks if check.state != "wrong"] == []
-        assert all(len(check.said) > 20 for check in checks)
+        assert all(len(check.said) > 15 for check in checks)
 
 
 def checks_of(lab: Lab, answers: dict[str, Any]) -> list[Check]:
