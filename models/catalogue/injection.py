@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 
-from armtwin.models.arm import Arm
 from armtwin.models.catalogue.site import NOWHERE, Site
 from armtwin.models.errors import InputError, nearest, shown
 from armtwin.models.validation import short
@@ -19,6 +18,18 @@ Where = Literal["joint", "link", "marker", "arm", "camera"]
 # No recording has more poses than its CSV may hold bytes; a list of samples is far shorter.
 _MOST_SAMPLES = 1_000_000
 _EACH_JOINT = "{joint}"
+
+
+class Jointed(Protocol):
+    """What is known of the arm that an effect is made in: its joints and its markers."""
+
+    @property
+    def n_joints(self) -> int:
+        """Number of joints."""
+
+    @property
+    def known_markers(self) -> tuple[str, ...]:
+        """Names of its markers."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +77,7 @@ def other_marker(name: str) -> Injected:
     return Injected(name, kind="marker")
 
 
-def taken_by(injected: Sequence[Injected], arm: Arm) -> dict[str, Injected]:
+def taken_by(injected: Sequence[Injected], arm: Jointed) -> dict[str, Injected]:
     """Return the parameters by name, those of each joint written out for this arm."""
     numbers = range(1, arm.n_joints + 1)
     return {
@@ -87,7 +98,7 @@ class Stated:
 
 
 def checked(
-    effect: str, where: Where, injected: Sequence[Injected], stated: Stated, arm: Arm, n_poses: int | None = None
+    effect: str, where: Where, injected: Sequence[Injected], stated: Stated, arm: Jointed, n_poses: int | None = None
 ) -> dict[str, Any]:
     """Return the parameters with those defaults that are not stated.
 
@@ -113,7 +124,7 @@ def checked(
 
 
 def shifted_samples(
-    injected: Sequence[Injected], parameters: Mapping[str, Any], arm: Arm, samples_before: int
+    injected: Sequence[Injected], parameters: Mapping[str, Any], arm: Jointed, samples_before: int
 ) -> dict[str, Any]:
     """Return the parameters for a recording that begins after `samples_before` poses: what came before has happened."""
     kinds = {name: one.kind for name, one in taken_by(injected, arm).items()}
@@ -130,7 +141,7 @@ def _site_keys(where: Where) -> tuple[str, ...]:
     return ("joint",) if where in ("joint", "link") else ("marker",) if where == "marker" else ()
 
 
-def _check_site(effect: str, where: Where, stated: Stated, arm: Arm) -> None:
+def _check_site(effect: str, where: Where, stated: Stated, arm: Jointed) -> None:
     wanted = {"joint": f"a number from 1 to {arm.n_joints}", "marker": f"one of {', '.join(arm.known_markers)}"}
     number = _whole(stated.site.joint)
     possible = {
@@ -147,7 +158,7 @@ def _check_site(effect: str, where: Where, stated: Stated, arm: Arm) -> None:
             raise InputError(f"{stated.at}{key}: found {short(value)}, {wanted[key]} is wanted")
 
 
-def _is_possible(one: Injected, value: object, arm: Arm, n_poses: int | None) -> bool:
+def _is_possible(one: Injected, value: object, arm: Jointed, n_poses: int | None) -> bool:
     if one.kind == "marker":
         return value in arm.known_markers
     if one.kind == "samples":
@@ -179,7 +190,7 @@ def _whole(value: object) -> int | None:
     return int(number) if number is not None and number.is_integer() else None
 
 
-def _wanted(one: Injected, arm: Arm, n_poses: int | None) -> str:
+def _wanted(one: Injected, arm: Jointed, n_poses: int | None) -> str:
     if one.kind == "marker":
         return f"one of the markers {', '.join(arm.known_markers)}"
     if one.kind in ("sample", "samples"):

@@ -27,7 +27,8 @@ from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected, switch
 from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
-from armtwin.models.mjcf import SOLIMP, SOLREF, add_series_hinge, heaviest_torque_nm
+from armtwin.models.mjcf import HINGE_INERTIA_KG_M2, SOLIMP, SOLREF, add_series_hinge, heaviest_torque_nm
+from armtwin.models.motion_world import HARD_SOLIMP, HARD_SOLREF, MotionWorld
 from armtwin.models.servo import gentle
 from armtwin.models.world import World, joint_index
 
@@ -149,6 +150,40 @@ EFFECT = Effect(
     sealed=sealed.Sealing(_hide),
 )
 
+# What holds and brakes a link in its gap, over the stiffness of the drive's loop, which they lead astray by as much.
+_HELD_SHARE_RAD = 2e-5
+_GREASE_SHARE_S = 1e-4
+# The longest step of the simulation of a moving arm.
+_STEP_S = 0.001
+
+
+def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
+    """Put a hinge that turns freely between two stops behind the drive of `joint`, and the encoder behind it.
+
+    Gravity is balanced, and the link's bearing holds it where it was pushed.
+    """
+    (index,) = world.joints_at(site)
+    width, joint = float(parameters["width_rad"]), world.arm.joints[index]
+    if width == 0.0:  # no gap
+        return world
+
+    def mechanism(spec: mujoco.MjSpec, scale: float) -> None:
+        drive = spec.joint(joint)
+        gap = drive.parent.add_joint(name=f"gap_{joint}", axis=drive.axis, pos=drive.pos, armature=HINGE_INERTIA_KG_M2)
+        gap.limited = int(mujoco.mjtLimited.mjLIMITED_TRUE)
+        gap.range = [-width / 2, width / 2]
+        gap.solref_limit, gap.solimp_limit = HARD_SOLREF, HARD_SOLIMP
+        bearing = spec.add_tendon(name=f"bearing_{joint}")  # its length is the link's angle against the frame
+        bearing.wrap_joint(joint, 1.0)
+        bearing.wrap_joint(f"gap_{joint}", 1.0)
+        bearing.frictionloss = _HELD_SHARE_RAD * scale
+        bearing.damping[0] = _GREASE_SHARE_S * scale
+        bearing.armature = _GREASE_SHARE_S * scale * _STEP_S  # so that grease works within a step
+        bearing.solref_friction, bearing.solimp_friction = HARD_SOLREF, HARD_SOLIMP
+
+    return world.with_mechanism(mechanism).with_series_hinge(index, f"gap_{joint}")
+
+
 IN_MOTION = MotionEffect(
     name=EFFECT.name,
     summary=EFFECT.summary,
@@ -156,4 +191,6 @@ IN_MOTION = MotionEffect(
     forms=((Slot("width_rad", "play_rad", (0.0, 0.35), (0.003, 0.01, 0.03), 0.001),),),
     confused_with=("hysteresis", "friction", "dead_band"),
     experiment="slow reversals under load and without: play stays as wide, the band of friction follows the load",
+    injector=inject_in_motion,
+    injected=(Injected("width_rad", (0.0, 1.0)),),
 )

@@ -21,6 +21,7 @@ from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
+from armtwin.models.motion_world import MotionWorld
 from armtwin.models.world import Command, Electronics, World, joint_index
 
 Array = NDArray[np.float64]
@@ -167,6 +168,24 @@ EFFECT = Effect(
     sealed=sealed.Sealing(_hide),
 )
 
+
+def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
+    """Give the drive of `joint` a control board that leaves the motor off for changes below `threshold_rad`."""
+    (index,) = world.joints_at(site)
+    threshold = float(parameters["threshold_rad"])
+    rest = float(parameters["stops_short"]) * threshold
+
+    def board(q: Array) -> Array:
+        held, out = float(q[0]), np.empty_like(q)
+        for k, wanted in enumerate(q.tolist()):
+            if abs(wanted - held) >= threshold:
+                held = wanted - rest if wanted > held else wanted + rest
+            out[k] = held
+        return out
+
+    return world.with_values(index, board)
+
+
 IN_MOTION = MotionEffect(
     name=EFFECT.name,
     summary=EFFECT.summary,
@@ -185,4 +204,6 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=("quantization", "friction", "missed_command"),
     experiment=EFFECT.experiment,
+    injector=inject_in_motion,
+    injected=(Injected("threshold_rad", (0.0, 1.0)), Injected("stops_short", (0.0, 1.0), 0.0)),
 )

@@ -12,9 +12,23 @@ direction or over the turn, and with temperature.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
+from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
+from armtwin.models.catalogue.site import Site
+from armtwin.models.motion_world import MotionWorld
 
 _SHARES = (0.0, 0.95)
+
+
+def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
+    """Let the joint rub dry by MuJoCo's `frictionloss`, of a size that follows speed and torques, and viscously."""
+    (index,) = world.joints_at(site)
+    names = [one.name for one in IN_MOTION.injected if one.name in parameters]
+    return world.with_drive(index, **{name: float(parameters[name]) for name in names})
+
 
 IN_MOTION = MotionEffect(
     name="friction",
@@ -33,4 +47,15 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=("backlash", "dead_band", "hysteresis"),
     experiment="slow reversals under another load or P gain: friction's band follows them, play's does not",
+    injector=inject_in_motion,
+    injected=(
+        Injected("coulomb_rad", (0.0, 1.0), 0.0),
+        Injected("stribeck_rad", (0.0, 1.0), 0.0),
+        Injected("stribeck_speed_rad_s", (1e-4, 100.0), 0.1),
+        Injected("load_share", (0.0, 1.0), 0.0),
+        Injected("drive_share", (0.0, 0.95), 0.0),
+        Injected("stribeck_load_share", (0.0, 10.0), 0.0),
+        Injected("stribeck_drive_share", (0.0, 10.0), 0.0),
+        Injected("viscous_s", (0.0, 10.0), 0.0),
+    ),
 )

@@ -24,6 +24,7 @@ from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.mjcf import add_spring
+from armtwin.models.motion_world import MotionWorld
 from armtwin.models.world import World
 
 Array = NDArray[np.float64]
@@ -96,6 +97,14 @@ EFFECT = Effect(
     sealed=sealed.Sealing(_hide, in_gravity=True),
 )
 
+
+def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
+    """Take the integral part out of the loop: it gives under the torque of gravity."""
+    (index,) = world.joints_at(site)
+    gives = world.drives[index].compliance_rad_per_nm + float(parameters["compliance_rad_per_nm"])
+    return world.with_drive(index, compliance_rad_per_nm=gives)
+
+
 IN_MOTION = MotionEffect(
     name=EFFECT.name,
     summary=EFFECT.summary,
@@ -104,4 +113,6 @@ IN_MOTION = MotionEffect(
     confused_with=("payload", "friction", "servo_nonlinearity"),
     experiment="holds with the arm stretched and folded, and with a known mass at the tip",
     needs_load=True,
+    injector=inject_in_motion,
+    injected=(Injected("compliance_rad_per_nm", (0.0, 10.0)),),
 )

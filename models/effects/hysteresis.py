@@ -26,6 +26,7 @@ from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.errors import InputError
 from armtwin.models.mjcf import SPRING_TIME_S, add_series_hinge
+from armtwin.models.motion_world import MotionWorld
 from armtwin.models.servo import gentle
 from armtwin.models.world import World, joint_index
 
@@ -153,6 +154,29 @@ EFFECT = Effect(
     sealed=sealed.Sealing(_hide),
 )
 
+
+def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
+    """Let the drive of `joint` rub on bristles that stick and yield one after another, as in `inject`.
+
+    When all of them slide, the loop is led astray by `lag_rad`.
+    """
+    (index,) = world.joints_at(site)
+    lag, length, joint = float(parameters["lag_rad"]), float(parameters["length_rad"]), world.arm.joints[index]
+    if lag == 0.0:  # no friction
+        return world
+    stiffness, travel = _physical_bristles(lag, length)
+
+    def mechanism(spec: mujoco.MjSpec, scale: float) -> None:
+        for k, (spring, give) in enumerate(zip(stiffness, travel, strict=True)):
+            bristle = spec.add_tendon(name=f"bristle_{joint}_{k}")
+            bristle.wrap_joint(joint, 1.0)
+            bristle.stiffness[0] = spring * scale * lag / _SLIDING_FRICTION_NM
+            bristle.springlength = [0.0, 0.0]
+            bristle.springyield = give
+
+    return world.with_mechanism(mechanism)
+
+
 IN_MOTION = MotionEffect(
     name=EFFECT.name,
     summary=EFFECT.summary,
@@ -165,4 +189,6 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=("backlash", "friction"),
     experiment=EFFECT.experiment,
+    injector=inject_in_motion,
+    injected=(Injected("lag_rad", (0.0, 0.5)), Injected("length_rad", (1e-4, 3.0))),
 )

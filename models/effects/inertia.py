@@ -7,7 +7,21 @@ Covered: one inertia a joint, by the loop's stiffness. Not covered: inertia that
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
+from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
+from armtwin.models.catalogue.site import Site
+from armtwin.models.motion_world import MotionWorld
+
+
+def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
+    """Put a heavier rotor behind the gear: MuJoCo's armature."""
+    (index,) = world.joints_at(site)
+    armature = world.drives[index].armature_kg_m2 + float(parameters["armature_kg_m2"])
+    return world.with_drive(index, armature_kg_m2=armature)
+
 
 IN_MOTION = MotionEffect(
     name="inertia",
@@ -16,4 +30,6 @@ IN_MOTION = MotionEffect(
     forms=((Slot("armature_kg_m2", "inertia_s2", (0.0, 20.0), (0.01, 0.1, 0.4), 0.01),),),
     confused_with=("servo_lag", "latency"),
     experiment="chirps and steps: an overshoot, and a phase that falls beyond a quarter turn",
+    injector=inject_in_motion,
+    injected=(Injected("armature_kg_m2", (0.0, 1000.0)),),
 )

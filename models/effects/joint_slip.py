@@ -23,6 +23,7 @@ from armtwin.models.catalogue.jumps import jumps
 from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Evidence, Parameter, Site, Stage
 from armtwin.models.catalogue.scan import event_rows, since
+from armtwin.models.motion_world import MotionWorld, Slip
 from armtwin.models.world import Event, World, joint_index
 
 Array = NDArray[np.float64]
@@ -168,6 +169,13 @@ EFFECT = Effect(
     sealed=sealed.Sealing(_hide),
 )
 
+
+def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
+    """Turn link `joint` on its horn by `jump_rad` at `from_s`."""
+    (index,) = world.joints_at(site)
+    return world.with_slip(Slip(index, float(parameters["from_s"]), float(parameters["jump_rad"])))
+
+
 IN_MOTION = MotionEffect(
     name=EFFECT.name,
     summary=EFFECT.summary,
@@ -180,4 +188,6 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=("thermal_drift", "missed_command"),
     experiment=EFFECT.experiment,
+    injector=inject_in_motion,
+    injected=(Injected("jump_rad", (-np.pi, np.pi)), Injected("from_s", (-1e18, 1e18))),
 )

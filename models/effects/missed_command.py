@@ -11,7 +11,7 @@ A pose was missed where all that is seen agrees with some joints left where they
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 
 from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
-from armtwin.models.catalogue.injection import Injected
+from armtwin.models.catalogue.injection import Injected, samples
 from armtwin.models.catalogue.motion_effect import MotionEffect
 from armtwin.models.catalogue.registry import Effect, Found, Site, Stage, View
+from armtwin.models.motion_world import MotionWorld, Wire
 from armtwin.models.world import Command, Electronics, World, samples_of
 
 Array = NDArray[np.float64]
@@ -205,10 +206,28 @@ EFFECT = Effect(
     sealed=sealed.Sealing(_hide),
 )
 
+
+def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
+    """Lose the commands of the rows `samples` on the way to the drive of `joint`, which holds the one before."""
+    (index,) = world.joints_at(site)
+    lost = samples_of(parameters)
+
+    def line(wires: Sequence[Wire]) -> list[Wire]:
+        out = list(wires)
+        wire = out[index]
+        arrives = ~np.isin(wire.row, lost)
+        out[index] = Wire(wire.time_s[arrives], wire.q[arrives], wire.row[arrives])
+        return out
+
+    return world.with_wiring(line)
+
+
 IN_MOTION = MotionEffect(
     name=EFFECT.name,
     summary=EFFECT.summary,
     where="joint",
     confused_with=EFFECT.confused_with,
     experiment=EFFECT.experiment,
+    injector=inject_in_motion,
+    injected=(samples("samples"),),
 )

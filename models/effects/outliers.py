@@ -16,6 +16,7 @@ from armtwin.models.catalogue.found import Measured
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.motion_effect import MotionEffect
 from armtwin.models.catalogue.registry import Effect, Found, Site, Stage, View
+from armtwin.models.motion_world import MotionWorld
 from armtwin.models.world import World
 
 Array = NDArray[np.float64]
@@ -153,10 +154,28 @@ EFFECT = Effect(
     sealed=sealed.Sealing(_hide),
 )
 
+
+def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
+    """Let a share `rate` of the readings of `joint` be garbled on the bus, by half to one and a half `size_rad`."""
+    (index,) = world.joints_at(site)
+    rate, size = float(parameters["rate"]), float(parameters["size_rad"])
+
+    def garble(time_s: Array, q: Array, rng: Generator) -> Array:
+        wrong = rng.random(len(q)) < rate
+        off = size * rng.uniform(0.5, 1.5, len(q)) * np.where(rng.random(len(q)) < 0.5, -1.0, 1.0)
+        out = q.copy()
+        out[:, index] += np.where(wrong, off, 0.0)
+        return out
+
+    return world.with_reading(garble)
+
+
 IN_MOTION = MotionEffect(
     name=EFFECT.name,
     summary=EFFECT.summary,
     where="joint",
     confused_with=("missed_command", "sampling"),
     experiment="the readings in question taken again",
+    injector=inject_in_motion,
+    injected=(Injected("rate", (0.0, 1.0)), Injected("size_rad", (0.0, 3.2))),
 )

@@ -7,6 +7,7 @@ mass and compliance be told apart.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import mujoco
@@ -22,6 +23,7 @@ from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.catalogue.scan import event_rows, since
 from armtwin.models.effects.gravity_sag import needs_gravity
 from armtwin.models.mjcf import add_spring, add_tip_mass
+from armtwin.models.motion_world import MotionWorld
 from armtwin.models.world import Event, World
 
 Array = NDArray[np.float64]
@@ -116,6 +118,18 @@ EFFECT = Effect(
     sealed=sealed.Sealing(_hide, in_gravity=True),
 )
 
+
+def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
+    """Hang a point mass `mass_kg` at the tip at `from_s`, which the loops' integral parts do not carry.
+
+    All joints give by `compliance_rad_per_nm` under it, by default by the compliance of the servo's gear.
+    """
+    gives = float(parameters.get("compliance_rad_per_nm", world.servo.gear_compliance_rad_nm))
+    for index in range(world.arm.n_joints):
+        world = world.with_drive(index, payload_compliance_rad_per_nm=gives)
+    return replace(world, payload_kg=float(parameters["mass_kg"]), payload_from_s=float(parameters["from_s"]))
+
+
 IN_MOTION = MotionEffect(
     name=EFFECT.name,
     summary=EFFECT.summary,
@@ -123,4 +137,10 @@ IN_MOTION = MotionEffect(
     confused_with=("gravity_sag", "torque_limit"),
     experiment=EFFECT.experiment,
     needs_load=True,
+    injector=inject_in_motion,
+    injected=(
+        Injected("mass_kg", (0.0, 5.0)),
+        Injected("from_s", (-1e18, 1e18), -1e18),
+        Injected("compliance_rad_per_nm", (0.0, 10.0), optional=True),
+    ),
 )

@@ -23,6 +23,7 @@ from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Evidence, Parameter, Site, Stage
 from armtwin.models.catalogue.rounding import LARGEST_STEP_RAD, SMALLEST_STEP_RAD, rounded, roundings
+from armtwin.models.motion_world import MotionWorld
 from armtwin.models.world import Command, Electronics, World
 
 Array = NDArray[np.float64]
@@ -141,6 +142,14 @@ EFFECT = Effect(
     sealed=sealed.Sealing(_hide),
 )
 
+
+def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
+    """Let the sender write every command of `joint` as a whole number of counts, one of which lies at `origin_rad`."""
+    (index,) = world.joints_at(site)
+    width, zero = float(parameters["step_rad"]), float(parameters["origin_rad"])
+    return world if width == 0.0 else world.with_values(index, lambda q: zero + width * np.round((q - zero) / width))
+
+
 IN_MOTION = MotionEffect(
     name=EFFECT.name,
     summary=EFFECT.summary,
@@ -153,4 +162,6 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=EFFECT.confused_with,
     experiment=EFFECT.experiment,
+    injector=inject_in_motion,
+    injected=(Injected("step_rad", (0.0, 1.6)), Injected("origin_rad", (-1.6, 1.6), 0.0)),
 )

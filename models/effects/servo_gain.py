@@ -19,6 +19,7 @@ from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
+from armtwin.models.motion_world import MotionWorld
 from armtwin.models.world import Command, Electronics, World, joint_index
 
 Array = NDArray[np.float64]
@@ -85,6 +86,14 @@ EFFECT = Effect(
     sealed=sealed.Sealing(_hide),
 )
 
+
+def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
+    """Give the drive of `joint` a potentiometer whose track spans another angle than its scale says, as `inject`."""
+    (index,) = world.joints_at(site)
+    track_rad = world.servo.travel_rad * float(parameters["gain"])
+    return world.with_values(index, lambda q: q / world.servo.travel_rad * track_rad)
+
+
 IN_MOTION = MotionEffect(
     name=EFFECT.name,
     summary=EFFECT.summary,
@@ -92,4 +101,6 @@ IN_MOTION = MotionEffect(
     forms=((Slot("gain", "gain", (0.3, 2.0), (1.0,), 0.005),),),
     confused_with=EFFECT.confused_with,
     experiment=EFFECT.experiment,
+    injector=inject_in_motion,
+    injected=(Injected("gain", (0.1, 3.0)),),
 )

@@ -8,7 +8,20 @@ Covered: one time constant a joint. Not covered: a time constant that differs wi
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
+from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
+from armtwin.models.catalogue.site import Site
+from armtwin.models.motion_world import MotionWorld
+
+
+def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
+    """Lower the gain of the loop: the motor closes its error with `time_constant_s` instead."""
+    (index,) = world.joints_at(site)
+    return world.with_drive(index, time_constant_s=float(parameters["time_constant_s"]))
+
 
 IN_MOTION = MotionEffect(
     name="servo_lag",
@@ -17,4 +30,6 @@ IN_MOTION = MotionEffect(
     forms=((Slot("time_constant_s", "time_constant_s", (0.002, 1.0), (0.03, 0.06, 0.12), 0.005),),),
     confused_with=("latency", "friction", "speed_limit"),
     experiment="steps of several sizes between holds: the lag is the same share of each",
+    injector=inject_in_motion,
+    injected=(Injected("time_constant_s", (0.001, 10.0)),),
 )

@@ -27,6 +27,7 @@ from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
 from armtwin.models.errors import InputError
+from armtwin.models.motion_world import MotionWorld
 from armtwin.models.world import Command, Electronics, World, joint_index
 
 Array = NDArray[np.float64]
@@ -201,6 +202,42 @@ EFFECT = Effect(
     sealed=sealed.Sealing(_hide),
 )
 
+
+def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
+    """Drive `joint` by an uneven potentiometer and by a gear that is bored off its centre.
+
+    The track turns the servo by 1 + `slope` + `curvature_per_rad` q + `third_order_per_rad2` q^2 for each unit of its
+    scale. The gear errs by about `amplitude_rad` sin(`cycles_per_turn` q + `phase_rad`), as in `inject`, or by as much
+    as `sine_rad` sin + `cosine_rad` cos.
+    """
+    (index,) = world.joints_at(site)
+    sine, cosine = (float(parameters[name]) for name in ("sine_rad", "cosine_rad"))
+    amplitude, phase = float(parameters["amplitude_rad"]), float(parameters["phase_rad"])
+    if sine or cosine:
+        amplitude, phase = math.hypot(sine, cosine), math.atan2(cosine, sine)
+    cycles = float(parameters["cycles_per_turn"])
+    eccentricity = min(cycles * amplitude, _MOST_ECCENTRIC)
+    scale = np.linspace(-world.servo.travel_rad, world.servo.travel_rad, _PIECES)
+    middle = 0.5 * (scale[1:] + scale[:-1])
+    slope, curvature, third = (float(parameters[n]) for n in ("slope", "curvature_per_rad", "third_order_per_rad2"))
+    # A third-order error q^3 has three times the slope of one q^2, and a second-order one q^2 / 2 the slope q.
+    per_volt = 1.0 + slope + curvature * middle + third * middle**2
+    if (per_volt <= 0).any():
+        raise InputError("servo_nonlinearity: no track turns back; its terms are too large together")
+    angle = np.concatenate([[0.0], np.cumsum(per_volt * np.diff(scale))])
+    angle -= np.interp(0.0, scale, angle)
+
+    def turned(q: Array) -> Array:
+        out = np.interp(q, scale, angle) if slope or curvature or third else q
+        if not amplitude:
+            return out
+        turn = cycles * out + phase
+        ahead = np.arctan2(eccentricity * np.sin(turn), 1.0 - eccentricity * np.cos(turn))
+        return out + ahead / cycles
+
+    return world.with_values(index, turned)
+
+
 IN_MOTION = MotionEffect(
     name=EFFECT.name,
     summary=EFFECT.summary,
@@ -224,4 +261,15 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=EFFECT.confused_with,
     experiment=EFFECT.experiment,
+    injector=inject_in_motion,
+    injected=(
+        Injected("slope", (-0.9, 0.9), 0.0),
+        Injected("curvature_per_rad", (-0.5, 0.5), 0.0),
+        Injected("third_order_per_rad2", (-0.5, 0.5), 0.0),
+        Injected("amplitude_rad", (0.0, 0.5), 0.0),
+        Injected("phase_rad", (-2.0 * math.pi, 2.0 * math.pi), 0.0),
+        Injected("sine_rad", (-0.5, 0.5), 0.0),
+        Injected("cosine_rad", (-0.5, 0.5), 0.0),
+        Injected("cycles_per_turn", (0.1, 200.0), 1.0),
+    ),
 )

@@ -13,7 +13,8 @@ The term is a sum of first-order rises. Where no time was recorded, one pose cou
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,7 @@ from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
+from armtwin.models.motion_world import MotionWorld, Wire
 from armtwin.models.world import Command, Electronics, World, joint_index
 
 Array = NDArray[np.float64]
@@ -203,6 +205,28 @@ EFFECT = Effect(
     sealed=sealed.Sealing(_hide, timed=True),
 )
 
+
+def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
+    """Let the servo of `joint` warm up from cold, as in `inject`, or creep on by `creep_rad_per_s`.
+
+    Warming starts with the first command.
+    """
+    (index,) = world.joints_at(site)
+    drift, constant = float(parameters["drift_rad"]), float(parameters["time_constant_s"])
+    creep = float(parameters["creep_rad_per_s"])
+
+    def warming(wires: Sequence[Wire]) -> list[Wire]:
+        out = list(wires)
+        wire = out[index]
+        passed = np.maximum(wire.time_s - wire.time_s[1], 0.0)
+        warmth = _Warmth(constant)
+        moved = np.array([drift * warmth.at(moment) + creep * moment for moment in passed.tolist()])
+        out[index] = replace(wire, q=wire.q + moved)
+        return out
+
+    return world.with_wiring(warming)
+
+
 IN_MOTION = MotionEffect(
     name=EFFECT.name,
     summary=EFFECT.summary,
@@ -216,4 +240,10 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=("joint_slip", "servo_gain"),
     experiment="one pose held now and then over a long time",
+    injector=inject_in_motion,
+    injected=(
+        Injected("drift_rad", (-1.0, 1.0), 0.0),
+        Injected("time_constant_s", (1e-3, 1e9), 1.0),
+        Injected("creep_rad_per_s", (-1.0, 1.0), 0.0),
+    ),
 )
