@@ -32,6 +32,7 @@ COMMANDS = {
     "seal": "seal:seal_command",
     "score": "score:score_command",
     "sweep": "sweep:sweep_command",
+    "power": "power:power_command",
     "effects": "effects:effects_command",
     "export": "export:export_command",
     "correct": "correct:correct_command",

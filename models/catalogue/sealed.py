@@ -24,15 +24,15 @@ Array = NDArray[np.float64]
 class Situation:
     """What an effect is drawn for: the arm, the number of poses, the recording's span, the markers looked for.
 
-    `steps_px` (N,) is how far the markers move from one pose to the next, and `target_px` how far the effect is to
-    move them, pixels.
+    `steps` says how far the markers move from one pose to the next, (N,) pixels, to an effect that asks (the arm has
+    to be moved for it), and `target_px` is how far the effect is to move them.
     """
 
     arm: Arm
     n_poses: int
     span_s: float
     markers: tuple[str, ...]
-    steps_px: Array
+    steps: Callable[[], Array]
     target_px: float
 
 

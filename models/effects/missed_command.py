@@ -174,7 +174,7 @@ def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
     """Draw commands that are lost: of all joints, or of a single one; apart from one another, or several in a row."""
     # Of the commands that would have moved the markers about as far as wanted, some are lost.
     count = int(rng.integers(3, max(4, round(0.04 * s.n_poses)) + 1))
-    far = np.abs(np.log(np.maximum(s.steps_px[1:], 1e-9) / s.target_px))
+    far = np.abs(np.log(np.maximum(s.steps()[1:], 1e-9) / s.target_px))
     run = int(rng.integers(2, 4)) if rng.random() < 0.25 else 1
     taken: list[int] = []
     for row in rng.permutation(1 + np.argsort(far)[: 6 * count]):

@@ -46,6 +46,7 @@ COLUMNS = pa.schema(
         ("poses", pa.int64()),
         ("plan", pa.string()),
         ("markers", pa.string()),
+        ("noise_declared", pa.bool_()),
         ("rendered", pa.bool_()),
         ("hidden", pa.string()),
         ("hidden_parameters", _VALUES),

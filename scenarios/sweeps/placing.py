@@ -16,7 +16,7 @@ from armtwin.scenarios.sweeps.curve import Curve
 from armtwin.scenarios.sweeps.table import Cell, SweepTable
 from armtwin.scenarios.sweeps.trial import Row, Trial, plan_of_cell
 from armtwin.sim.sealed import Wanted, bench_of
-from armtwin.sim.sealed.of_size import draw_at, is_event
+from armtwin.sim.sealed.of_size import draw_at, is_event, is_fixed
 
 # The first round is a ladder over three decades up to the largest size that is hidden; later ones are small.
 _DECADES = 3.0
@@ -36,7 +36,7 @@ class Placing:
         self.cell = cell
         self._table = table
         self._plan: Plan | None = plan_of_cell(cell)
-        self._given = cell.size is not None or not cell.effects
+        self._given = cell.size is not None or not cell.effects or are_fixed(cell.effects)
         self._asked: list[Trial] = []
         self._round: list[Trial] = []
 
@@ -64,7 +64,7 @@ class Placing:
     def _sizes(self, rows: Mapping[tuple[int, int], Row]) -> list[float]:
         done, table = len(self._asked), self._table
         if self._given:
-            return [] if done else [self.cell.size or 0.0] * table.trials
+            return [] if done else [self.cell.size or 1.0] * table.trials
         if done >= table.trials:
             confirmed = done >= table.trials + table.confirm
             at = None if confirmed else self.curve(rows).size_at(0.9).size
@@ -82,6 +82,13 @@ class Placing:
         known = [row for row in known if row.get("error") is None]
         sizes = np.array([row["size"] for row in known])
         return Curve(sizes, np.array([row["found"] for row in known], dtype=bool), self.least, self.most)
+
+
+@cache
+def are_fixed(effects: tuple[str, ...]) -> bool:
+    """Whether effects come in one size alone."""
+    _, scene = bench_of(np.random.default_rng(0), effects, n_poses=_FEW_POSES)
+    return all(is_fixed(name, scene) for name in effects)
 
 
 @cache

@@ -37,6 +37,7 @@ class Factors(Strict):
         poses: how many of the plan's.
         plans: `drawn` (anew for every world), `paper`, or a CSV beside the sweep's file.
         markers: the markers looked for, as letters.
+        noise_declared: whether the recording states its noise.
         rendered: whether markers are measured in rendered pictures.
         motion: `settled`.
 
@@ -49,6 +50,7 @@ class Factors(Strict):
     poses: Annotated[tuple[Poses, ...], FROM_LIST, Field(min_length=1)] = (100,)
     plans: Names = (DRAWN,)
     markers: Names = ("abcf",)
+    noise_declared: Annotated[tuple[bool, ...], FROM_LIST, Field(min_length=1)] = (True,)
     rendered: Annotated[tuple[bool, ...], FROM_LIST, Field(min_length=1)] = (False,)
     motion: Names = ("settled",)
 
@@ -90,6 +92,7 @@ class Cell(Strict):
     poses: int
     plan: str
     markers: str
+    noise_declared: bool
     rendered: bool
 
     @property
@@ -126,7 +129,7 @@ def cells_of(table: SweepTable) -> list[Cell]:
     f = table.factors
     effects = [name for entry in f.effects for name in (sealed_effects() if entry == ALL else (entry,))]
     sizes: tuple[float | None, ...] = f.sizes or (None,)
-    crossed = product(effects, f.places, sizes, f.noise_px, f.poses, f.plans, f.markers, f.rendered)
+    crossed = product(effects, f.places, sizes, f.noise_px, f.poses, f.plans, f.markers, f.noise_declared, f.rendered)
     cells = [
         Cell(
             number=number,
@@ -137,9 +140,10 @@ def cells_of(table: SweepTable) -> list[Cell]:
             poses=poses,
             plan=plan,
             markers=markers,
+            noise_declared=declared,
             rendered=rendered,
         )
-        for number, (effect, place, size, noise, poses, plan, markers, rendered) in enumerate(crossed)
+        for number, (effect, place, size, noise, poses, plan, markers, declared, rendered) in enumerate(crossed)
     ]
     if table.draw is None or table.draw >= len(cells):
         return cells

@@ -70,6 +70,7 @@ def draw(trial: Trial) -> Sealed:
         n_poses=cell.poses,
         noise_px=cell.noise_px,
         markers=tuple(cell.markers),
+        declare_noise=cell.noise_declared,
     )
     if not cell.rendered:
         return sealed
@@ -104,6 +105,7 @@ def _row(trial: Trial) -> Row:
         "poses": cell.poses,
         "plan": cell.plan,
         "markers": cell.markers,
+        "noise_declared": cell.noise_declared,
         "rendered": cell.rendered,
     }
 

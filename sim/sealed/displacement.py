@@ -68,9 +68,12 @@ class Scene:
 
     def situation(self, target_px: float) -> Situation:
         """Return what an effect that is to move the markers by `target_px` has to be drawn for."""
+        return Situation(self.bench.arm, len(self.plan), float(self.clock[-1]), self.markers, self._steps_px, target_px)
+
+    def _steps_px(self) -> Array:
+        """(N,) how far the marker that moves most moves from one pose to the next."""
         seen = np.stack([self.truth_px[name] for name in self.markers], axis=1)
-        steps = np.nanmax(np.linalg.norm(np.diff(seen, axis=0, prepend=seen[:1]), axis=-1), axis=1)
-        return Situation(self.bench.arm, len(self.plan), float(self.clock[-1]), self.markers, steps, target_px)
+        return np.asarray(np.nanmax(np.linalg.norm(np.diff(seen, axis=0, prepend=seen[:1]), axis=-1), axis=1))
 
     def pixels(self, world: World) -> dict[str, Array]:
         """Pixels of a world on this scene, before noise and faults of detection."""

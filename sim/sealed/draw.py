@@ -10,8 +10,9 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from armtwin.models.arm import NOMINAL, Arm, nominal_arm
-from armtwin.models.camera_files import read_camera
+from armtwin.models.arm import Arm, nominal_arm
+from armtwin.models.camera import Camera
+from armtwin.models.camera_files import nominal_camera
 from armtwin.models.catalogue.registry import catalogue, effect_named
 from armtwin.models.catalogue.sealed import Hidden, Sealing
 from armtwin.models.errors import InputError, JobError
@@ -43,6 +44,8 @@ _ARM_PLANE_MM = -80.87
 _SCALINGS = 4
 _CLOSE_ENOUGH = 0.2
 _ATTEMPTS = 12
+# Share of the recordings that declare their noise.
+_DECLARED = 0.7
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,10 +94,12 @@ def bench_of(
     noise_px: float | None = None,
     markers: Sequence[str] | None = None,
     given: tuple[Plan, tuple[str, ...]] | None = None,
+    camera: Camera | None = None,
 ) -> tuple[World, Scene]:
     """Draw a true bench without effects, fit for `names`, and the scene: what is done and looked for on it.
 
-    `given` are a plan and the names of its held-out trajectories, where none is to be drawn.
+    `given` are a plan and the names of its held-out trajectories, where none is to be drawn; the camera is
+    the nominal one unless given.
     """
     hiding = [sealing_of(name) for name in names]
     declared = nominal_arm() if arm is None else arm
@@ -105,7 +110,8 @@ def bench_of(
         rng.uniform(-spread, spread), rng.uniform(-_ZERO_ERROR_RAD, _ZERO_ERROR_RAD, declared.n_joints)
     )
     base = np.array(_BASE_MM) + rng.uniform(-_BASE_SPREAD_MM, _BASE_SPREAD_MM, 2)
-    world = ideal_world(declared, read_camera(NOMINAL / "webcam.yaml"), _ARM_PLANE_MM, base, deviation)
+    seen_by = nominal_camera() if camera is None else camera
+    world = ideal_world(declared, seen_by, _ARM_PLANE_MM, base, deviation)
     if given is None:
         given = draw_plan(rng, declared, int(rng.integers(120, 261)) if n_poses is None else n_poses)
     plan, held_out = given
@@ -193,9 +199,15 @@ def _record(
     return Sealed(recording, truth_of(world, scene, effects, strength if found else None), world)
 
 
-def record(rng: Generator, world: World, scene: Scene, missing: float = 0.0) -> Recording:
-    """Record a world on a scene, with its noise, and with a share `missing` of the sightings lost."""
+def record(
+    rng: Generator, world: World, scene: Scene, missing: float = 0.0, declare_noise: bool | None = None
+) -> Recording:
+    """Record a world on a scene, with its noise, and with a share `missing` of the sightings lost.
+
+    Whether the noise is declared is drawn where it is None.
+    """
     plan = scene.plan
+    declared = bool(rng.random() < _DECLARED) if declare_noise is None else declare_noise
     return make_recording(
         world,
         plan.q_cmd,
@@ -207,7 +219,7 @@ def record(rng: Generator, world: World, scene: Scene, missing: float = 0.0) -> 
         held_out=scene.held_out,
         markers=scene.markers,
         missing=missing,
-        declare_noise=bool(rng.random() < 0.7),
+        declare_noise=declared,
     )
 
 

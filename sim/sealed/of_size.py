@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from numpy.random import Generator
 
 from armtwin.models.arm import Arm
@@ -50,6 +51,7 @@ def draw_of_size(
     n_poses: int | None = None,
     noise_px: float | None = None,
     markers: Sequence[str] | None = None,
+    declare_noise: bool | None = None,
 ) -> Sealed:
     """Draw a world with effects of given sizes and record it; what is None is drawn, as for `draw_world`.
 
@@ -71,7 +73,7 @@ def draw_of_size(
                 "parameters": plain(hidden.parameters(amplitude)),
             }
         )
-    return Sealed(record(rng, world, scene), truth_of(world, scene, effects, None), world)
+    return Sealed(record(rng, world, scene, declare_noise=declare_noise), truth_of(world, scene, effects, None), world)
 
 
 def draw_at(rng: Generator, scene: Scene, wanted: Wanted) -> Hidden:
@@ -88,6 +90,12 @@ def draw_at(rng: Generator, scene: Scene, wanted: Wanted) -> Hidden:
 def is_event(hidden: Hidden) -> bool:
     """Whether an effect has no amplitude: it moves the markers as far as it does."""
     return hidden.start == hidden.most
+
+
+def is_fixed(effect: str, scene: Scene) -> bool:
+    """Whether an effect has no size at all: whatever is asked for, the same is drawn."""
+    small, large = (draw_at(np.random.default_rng(0), scene, Wanted(effect, size)) for size in (1.0, 50.0))
+    return is_event(small) and small.parameters(small.start) == large.parameters(large.start)
 
 
 def unit_of(hidden: Hidden) -> str:

@@ -20,7 +20,7 @@ from armtwin.models.twin import Twin, TwinEffect
 
 ARM = replace(nominal_arm(), gravity_m_s2=np.array([0.0, -9.81]))
 
-SITUATION = Situation(ARM, 100, 150.0, ARM.marker_names, np.full(100, 5.0), 10.0)
+SITUATION = Situation(ARM, 100, 150.0, ARM.marker_names, lambda: np.full(100, 5.0), 10.0)
 
 
 @pytest.mark.parametrize("name", sorted(name for name, effect in catalogue().items() if effect.sealed is not None))

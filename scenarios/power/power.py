@@ -1,0 +1,140 @@
+"""The whole of a plan's power: every effect at every place, over a few processes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from armtwin.calib.diagnosis.ties import _SMALL_SHARE
+from armtwin.models.catalogue.site import Site
+from armtwin.scenarios.power.place import PlacePower, crossing, power_at
+from armtwin.scenarios.power.setting import Setting
+from armtwin.scenarios.scoring.pool import in_processes
+from armtwin.sim.sealed import Wanted, sealed_effects
+from armtwin.sim.sealed.of_size import draw_at, place_name
+
+SCHEMA = "armtwin.power/1"
+FORMS = 3
+# Draws after which every place where an effect is hidden has come up.
+_PLACE_DRAWS = 60
+
+
+@dataclass(frozen=True)
+class Task:
+    """One effect at one place of a setting."""
+
+    setting: Setting
+    effect: str
+    site: Site
+    seed: int
+    forms: int
+
+
+@dataclass(frozen=True)
+class Power:
+    """What a plan can see, by effect and place, in the catalogue's order."""
+
+    setting: Setting
+    places: tuple[PlacePower, ...]
+
+    def of(self, effect: str) -> tuple[PlacePower, ...]:
+        """Return the places of one effect."""
+        return tuple(one for one in self.places if one.effect == effect)
+
+    @property
+    def inseparable(self) -> tuple[tuple[PlacePower, str], ...]:
+        """Pairs that no size of the fault tells apart: what does is too small a share of what either explains."""
+        return tuple((one, label(*key)) for one in self.places for key, share, _ in one.rivals if share < _SMALL_SHARE)
+
+
+def power(
+    setting: Setting,
+    *,
+    effects: Sequence[str] = (),
+    seed: int = 0,
+    forms: int = FORMS,
+    jobs: int = 2,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> Power:
+    """Work out what a plan can see of `effects`, by default of all; the same seed gives the same answer."""
+    tasks = [
+        (number, Task(setting, effect, site, seed, forms))
+        for number, (effect, site) in enumerate(
+            (effect, site) for effect in (effects or sealed_effects()) for site in places_of(setting, effect)
+        )
+    ]
+    done: dict[int, PlacePower] = {}
+    progress(0, len(tasks))
+    for number, answer in in_processes(run_task, tasks, min(jobs, len(tasks))):
+        if isinstance(answer, BaseException):
+            raise answer
+        done[number] = answer
+        progress(len(done), len(tasks))
+    return Power(setting, tuple(done[number] for number in sorted(done)))
+
+
+def run_task(task: Task) -> PlacePower:
+    """Work out one place."""
+    return power_at(task.setting, task.effect, task.site, task.seed, task.forms)
+
+
+def places_of(setting: Setting, effect: str) -> list[Site]:
+    """List the places at which an effect is hidden on the setting's arm, in order."""
+    rng = np.random.default_rng(0)
+    _, scene = setting.bench(rng, effect)
+    drawn = {draw_at(rng, scene, Wanted(effect, 1.0)).site for _ in range(_PLACE_DRAWS)}
+    return sorted(drawn, key=lambda site: (site.joint or 0, site.marker or ""))
+
+
+def over_places(places: Sequence[PlacePower], share: float) -> float | None:
+    """Return the size found in a share of the recordings where each place is as likely as another."""
+    seen = [one for one in places if one.sizes and not one.fixed]
+    if not seen or any(one.why_not for one in places):
+        return None
+    sizes = np.geomspace(min(one.sizes[0] for one in seen), max(one.sizes[-1] for one in seen), 60)
+    found = np.mean([np.interp(np.log(sizes), np.log(one.sizes), one.found) for one in seen], axis=0)
+    return crossing(sizes, found, share)
+
+
+def label(effect: str, joint: int | None, marker: str | None) -> str:
+    """An effect and its place for people."""
+    place = place_name(Site(joint, marker))
+    return effect if place == "whole" else f"{effect}, {place}"
+
+
+def power_table(result: Power) -> dict[str, Any]:
+    """Return the content of `power.json`."""
+    setting = result.setting
+    return {
+        "schema": SCHEMA,
+        "poses": len(setting.plan),
+        "noise_px": setting.noise_px,
+        "markers": list(setting.markers),
+        "places": [_place_table(one) for one in result.places],
+        "inseparable": [
+            [label(one.effect, one.site.joint, one.site.marker), rival] for one, rival in result.inseparable
+        ],
+    }
+
+
+def _place_table(one: PlacePower) -> dict[str, Any]:
+    return {
+        "effect": one.effect,
+        "joint": one.site.joint,
+        "marker": one.site.marker,
+        "unit": one.unit,
+        "found_as_it_is": one.share if one.fixed else None,
+        "size_50": one.size_50,
+        "size_90": one.size_90,
+        "why_not": one.why_not or None,
+        "moves_noises": one.moves,
+        "estimates": {name: {"value": value, "std": std} for name, (value, std) in one.estimates.items()},
+        "taken_for_at_half": one.taken_for,
+        "rivals": [
+            {"rival": label(*key), "share_apart": share, "deviance_apart": apart} for key, share, apart in one.rivals
+        ],
+        "curve": {"size": one.sizes, "found": one.found, "low": one.low, "high": one.high},
+    }
