@@ -5,16 +5,20 @@ from __future__ import annotations
 import importlib.util
 import os
 import socket
+import threading
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
-from armtwin.models.errors import InputError
+from armtwin.models.errors import InputError, JobError
 from armtwin.models.folder_lock import only_writer
 from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c
 from armtwin.scenarios.commands.outputs import check_out_folder
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp
 
 LOOPBACK = "127.0.0.1"
 
@@ -24,6 +28,12 @@ def serve_command(
         str,
         typer.Option("--bench", help="'simulated', a scenario, 'emulated', or a bench file (TOML)."),
     ] = "simulated",
+    course: Annotated[
+        Path | None, typer.Option("--class", help="A class's folder, made by `armtwin lab make`, in place of a bench.")
+    ] = None,
+    check: Annotated[
+        str | None, typer.Option("--check", help="Serve nothing: say what is between here and a server's address.")
+    ] = None,
     host: Annotated[str, typer.Option("--host", help="Address to listen on; not loopback: opens it.")] = LOOPBACK,
     port: Annotated[int, typer.Option("--port", min=0, max=65535, help="0 takes a free one.")] = 8000,
     token: Annotated[
@@ -32,6 +42,9 @@ def serve_command(
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for recordings and reports.")] = Path("out/served"),
     root_path: Annotated[str, typer.Option("--root-path", help="Sub-path under which a reverse proxy shows it.")] = "",
+    name: Annotated[
+        list[str] | None, typer.Option("--name", help="Host name under which a reverse proxy shows it; repeatable.")
+    ] = None,
 ) -> None:
     """Serve a bench: a page that moves the arm and shows camera and twin, and an address that programs move it by.
 
@@ -39,37 +52,85 @@ def serve_command(
     within the bench's joint limits, and an arm whose mover falls silent for 15 s is detached. What is recorded is on
     disk below --out pose by pose. Programs reach it by: armtwin capture --bench http://127.0.0.1:8000/ --token TOKEN
 
+    With --class every student's sealed robot is served, each by its own link, with a page for the instructor. With
+    --check ADDRESS nothing is served: it says step by step what is between this machine and a server.
+
     Example: armtwin serve --bench simulated --port 8000
     """
-    if importlib.util.find_spec("fastapi") is None or importlib.util.find_spec("uvicorn") is None:
-        raise InputError("serve: FastAPI and uvicorn are not installed; install armtwin[serve]")
-    import uvicorn
-
+    if any(importlib.util.find_spec(needed) is None for needed in ("fastapi", "uvicorn", "httpx")):
+        raise InputError("serve: FastAPI, uvicorn or httpx is not installed; install armtwin[serve]")
     from armtwin.scenarios.serving.access import LOOPBACK as OWN_NAMES
+    from armtwin.scenarios.serving.access import Under
+
+    if check is not None:
+        _tell_steps(check, token)
+        return
+    if token is not None and len(token) < 8:
+        raise InputError("--token: at least 8 characters are wanted")
+    screen = Console(stderr=True, highlight=False, soft_wrap=True)
+    open_to_all = host not in OWN_NAMES
+    hosts = None if open_to_all else (*OWN_NAMES, *(name or ()))
+    folder = out if course is None else course
+    check_out_folder(folder)
+    if course is None:
+        out.mkdir(parents=True, exist_ok=True)
+    elif not course.is_dir():
+        raise InputError(f"--class: {course}: no such folder; make it with armtwin lab make CLASS.toml --out {course}")
+    listening = _listen(host, port)
+    shown = LOOPBACK if host in ("0.0.0.0", "::") else host  # noqa: S104  # compared, not bound
+    address = f"http://{shown}:{listening.getsockname()[1]}{root_path.rstrip('/')}/"
+    with only_writer(folder), ended_as_by_ctrl_c():
+        app, lines = _bench(bench, out, token, hosts) if course is None else _class(course, hosts)
+        if open_to_all:
+            screen.print(f"armtwin: WARNING: open to the network on {host}; whoever has the token moves the arm")
+        for line in lines:
+            screen.print(f"armtwin: {line.replace('ADDRESS', address)}", markup=False)
+        _run(Under(app, root_path), listening)
+
+
+def _bench(bench: str, out: Path, token: str | None, hosts: tuple[str, ...] | None) -> tuple[ASGIApp, list[str]]:
     from armtwin.scenarios.serving.access import new_token
     from armtwin.scenarios.serving.app import build_app
     from armtwin.scenarios.serving.sources import source_of
     from armtwin.scenarios.serving.visit import Visit
 
-    if token is not None and len(token) < 8:
-        raise InputError("--token: at least 8 characters are wanted")
-    check_out_folder(out)
-    out.mkdir(parents=True, exist_ok=True)
-    listening = _listen(host, port)
-    secret = token or new_token()
-    screen = Console(stderr=True, highlight=False, soft_wrap=True)
-    open_to_all = host not in OWN_NAMES
-    with only_writer(out), ended_as_by_ctrl_c():
-        visit = Visit(source_of(bench), out)
-        app = build_app(visit, secret, None if open_to_all else OWN_NAMES, root_path)
-        shown = LOOPBACK if host in ("0.0.0.0", "::") else host  # noqa: S104  # compared, not bound
-        address = f"http://{shown}:{listening.getsockname()[1]}/"
-        if open_to_all:
-            screen.print(f"armtwin: WARNING: open to the network on {host}; whoever has the token moves the arm")
-        screen.print(f"armtwin: {visit.source.title}, served at {address}?token={secret}")
-        screen.print(f"armtwin: recordings and reports in {out}; Ctrl-C ends", markup=False)
-        config = uvicorn.Config(app, log_level="warning", access_log=False, timeout_graceful_shutdown=2)
-        uvicorn.Server(config).run(sockets=[listening])
+    visit, secret = Visit(source_of(bench), out), token or new_token()
+    told = [f"{visit.source.title}, served at ADDRESS?token={secret}", f"recordings and reports in {out}; Ctrl-C ends"]
+    return build_app(visit, secret, hosts), told
+
+
+def _class(folder: Path, hosts: tuple[str, ...] | None) -> tuple[ASGIApp, list[str]]:
+    from armtwin.scenarios.classes.class_app import ClassApp
+    from armtwin.scenarios.classes.course import open_course
+    from armtwin.scenarios.classes.draw import token
+
+    course = open_course(folder)
+    app = ClassApp(course, hosts)
+    threading.Thread(target=app.prepare, name="prepare", daemon=True).start()
+    return app, [
+        f"{course.group.title}: {len(course.group.students)} students; their links are in {folder / 'links.csv'}",
+        f"the instructor's page is ADDRESSinstructor/?token={token(course.group, '')}",
+        f"what is measured and handed in is kept in {folder}; Ctrl-C ends",
+    ]
+
+
+def _run(app: ASGIApp, listening: socket.socket) -> None:
+    import uvicorn
+
+    config = uvicorn.Config(app, log_level="warning", access_log=False, timeout_graceful_shutdown=2)
+    uvicorn.Server(config).run(sockets=[listening])
+
+
+def _tell_steps(address: str, token: str | None) -> None:
+    from armtwin.scenarios.serving.check_server import check_server
+
+    failed = None
+    for step in check_server(address, token):
+        mark = {True: "ok  ", None: "look", False: "FAIL"}[step.works]
+        typer.echo(f"{mark}  {step.name}: {step.said}")
+        failed = step if step.works is False else None
+    if failed is not None:
+        raise JobError(f"{address.split('?')[0]}: stopped at the {failed.name}")
 
 
 def _listen(host: str, port: int) -> socket.socket:

@@ -35,13 +35,14 @@ class Guard:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        refusal = self._refusal(scope)
+        refusal = self.refusal(scope)
         if refusal is not None:
             await refusal(scope, receive, send)
             return
         await self._app(scope, _bounded(receive), send)
 
-    def _refusal(self, scope: Scope) -> Response | None:
+    def refusal(self, scope: Scope) -> Response | None:
+        """Return the answer to a request that is not let through, or None."""
         headers = Headers(scope=scope)
         host = (
             headers.get("host", "").rsplit(":", 1)[0] if not headers.get("host", "").endswith("]") else headers["host"]
@@ -50,7 +51,7 @@ class Guard:
             return _error(403, f"host '{host[:60]}' is not this bench's; open it as http://127.0.0.1")
         if int(headers.get("content-length", "0") or 0) > MOST_BODY_BYTES:
             return _error(413, f"larger than {MOST_BODY_BYTES} bytes")
-        path = scope["path"]
+        path = route_of(scope)
         if path in _OPEN_PATHS or path.startswith("/static/"):
             return None
         return (
@@ -62,6 +63,29 @@ class Guard:
         scheme, _, bearer = request.headers.get("authorization", "").partition(" ")
         given = bearer if scheme.lower() == "bearer" else request.cookies.get(COOKIE, "")
         return secrets.compare_digest(given.encode(), self._token.encode())
+
+
+class Under:
+    """ASGI middleware for a server that a reverse proxy shows under a sub-path, whether the proxy strips it or not."""
+
+    def __init__(self, app: ASGIApp, root_path: str) -> None:
+        self._app = app
+        self._root = root_path.rstrip("/")
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Let the request know where it is shown."""
+        if scope["type"] == "http" and self._root:
+            path = scope["path"]
+            inside = path == self._root or path.startswith(f"{self._root}/")
+            scope = {**scope, "root_path": self._root, "path": path if inside else self._root + path}
+        await self._app(scope, receive, send)
+
+
+def route_of(scope: Scope) -> str:
+    """Return a request's path below the place where the application is shown."""
+    path, root = str(scope["path"]), str(scope.get("root_path", ""))
+    below = path.removeprefix(root) if path == root or path.startswith(f"{root}/") else path
+    return below or "/"
 
 
 def new_token() -> str:

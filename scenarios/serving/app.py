@@ -52,7 +52,7 @@ _RESULTS = ("report.html", "diagnosis.json", "twin.toml", "next_experiment.csv")
 Lease = Annotated[str | None, Header(alias="X-Lease")]
 
 
-def build_app(visit: Visit, token: str, hosts: tuple[str, ...] | None, root_path: str = "") -> FastAPI:
+def build_app(visit: Visit, token: str, hosts: tuple[str, ...] | None) -> FastAPI:
     """Return the application that serves a visit; `hosts` are the names it answers to, None any."""
 
     @asynccontextmanager
@@ -66,29 +66,34 @@ def build_app(visit: Visit, token: str, hosts: tuple[str, ...] | None, root_path
         docs_url=None,
         redoc_url=None,
         lifespan=lifespan,
-        root_path=root_path,
     )
     app.add_middleware(Guard, token=token, hosts=hosts)
-    app.add_exception_handler(ArmtwinError, _told)
+    tell_errors(app)
     app.mount("/static", StaticFiles(directory=PAGE), name="static")
-    _add_page(app)
+    add_entrance(app, lambda: (PAGE / "index.html").read_text("utf-8"))
     _add_bench(app, visit)
     _add_pictures(app, visit)
     _add_jobs(app, visit)
     return app
 
 
-def _add_page(app: FastAPI) -> None:
-    page = (PAGE / "index.html").read_text("utf-8")
+def tell_errors(app: FastAPI) -> None:
+    """Answer a user's mistake, or a bench that cannot, in one line."""
+    app.add_exception_handler(ArmtwinError, _told)
+
+
+def add_entrance(app: FastAPI, page: Callable[[], str]) -> None:
+    """Add the front page and the route that says that a server is here."""
 
     @app.get("/", response_class=HTMLResponse, include_in_schema=False)
-    def index(request: Request, given: Annotated[str | None, Query(alias="token")] = None) -> Response:
+    def index(request: Request, given: Annotated[str | None, Query(alias="token", max_length=200)] = None) -> Response:
         """Show the page; the link with the token leaves it in a cookie and out of the address."""
         if given is None:
-            return HTMLResponse(page)
+            return HTMLResponse(page())
         answer = RedirectResponse("./", status_code=303)
-        secure = request.url.scheme == "https"
-        answer.set_cookie(COOKIE, given, httponly=True, samesite="strict", secure=secure)
+        # A cookie of this place alone: two links of one server may be open in one browser.
+        path, secure = f"{request.scope.get('root_path', '')}/", request.url.scheme == "https"
+        answer.set_cookie(COOKIE, given, path=path, httponly=True, samesite="strict", secure=secure)
         return answer
 
     @app.get("/health")
@@ -127,6 +132,7 @@ def _add_bench(app: FastAPI, visit: Visit) -> None:
             hangs_loads=what.hangs_loads,
             actuation=dict(what.actuation),
             recording_header=header,
+            tools=list(source.terms.tools) if source.terms is not None else ["calibrate", "diagnose"],
         )
 
     @app.get("/api/state")
@@ -146,6 +152,7 @@ def _add_bench(app: FastAPI, visit: Visit) -> None:
             progress=visit.progress,
             said=visit.said,
             jobs=[_job(job) for job in visit.jobs.all()],
+            pictures_left=live.pictures_left,
         )
 
     @app.post("/api/lease")

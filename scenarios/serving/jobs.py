@@ -39,9 +39,15 @@ class Job:
 
 
 class Jobs:
-    """Runs jobs on copies of a recording; `when_done` hears of each that ended well, from a thread of its own."""
+    """Runs jobs on copies of a recording; `when_done` hears of each that ended well, from a thread of its own.
 
-    def __init__(self, folder: Path, when_done: Callable[[Job], None]) -> None:
+    Where several have their jobs on one machine, `slots` says how many may run at a time in all.
+    """
+
+    def __init__(
+        self, folder: Path, when_done: Callable[[Job], None], slots: threading.BoundedSemaphore | None = None
+    ) -> None:
+        self._slots = slots or threading.BoundedSemaphore(1)
         self._folder = folder
         self._when_done = when_done
         self._jobs: dict[int, Job] = {}
@@ -55,6 +61,8 @@ class Jobs:
             number = len(self._jobs) + 1
             if number > _MOST_KEPT:
                 raise JobError(f"{_MOST_KEPT} jobs were run in this visit; start the server again")
+            if not self._slots.acquire(blocking=False):
+                raise JobError("others' calibrations and diagnoses are running; try again in a moment")
             folder = self._folder / f"{kind}-{number:03d}"
             copy = folder / "recording"
             copy.mkdir(parents=True, exist_ok=True)
@@ -103,6 +111,7 @@ class Jobs:
                     outcome = said
         except EOFError:
             outcome = {"state": "failed", "said": "its process ended; the server's terminal may say why"}
+        self._slots.release()
         job.seconds = time.monotonic() - job.started_s
         if job.state == "stopped":
             return

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from armtwin.models.plan import Plan, steps_between
 from armtwin.models.twin import Twin
 from armtwin.scenarios.marker_finder import marker_finder
 from armtwin.scenarios.scenario import EffectTable
-from armtwin.scenarios.serving.live_recording import LiveRecording, new_recording
+from armtwin.scenarios.serving.live_recording import LiveRecording, last_recording, new_recording
 from armtwin.scenarios.serving.shot import Miss, Shot
 from armtwin.scenarios.serving.sources import BenchSource
 from armtwin.scenarios.serving.twin_arm import TwinArm
@@ -41,7 +42,7 @@ class LiveBench:
         self.misses: list[Miss] = []
         self.twin = TwinArm.drawn(self.described.arm, self.described.camera, self.described.arm_plane_z_mm)
         self._recordings = recordings
-        self._recording: LiveRecording | None = None
+        self._recording = None if source.terms is None else last_recording(recordings, source)
         self._find = marker_finder(self.described.arm, self.described.camera, self.described.arm_plane_z_mm)
         self._bench: Bench | None = None
         self._q: Array | None = None
@@ -73,6 +74,12 @@ class LiveBench:
         """Poses in the present recording."""
         return 0 if self._recording is None else len(self._recording)
 
+    @property
+    def pictures_left(self) -> int | None:
+        """How many pictures may still be taken; None: as many as one likes."""
+        terms = self.source.terms
+        return None if terms is None else max(0, terms.pictures() - self.poses)
+
     def connect(self) -> None:
         """Open the bench anew, its arm as it stands when it is switched on."""
         self.close()
@@ -91,6 +98,7 @@ class LiveBench:
         self.described.limits.check_pose(q, "move")
         if self._q is not None:
             self.described.limits.check_step(self._q, q, "move")
+        self._tell({"what": "move", "q_cmd_rad": q.tolist()})
         bench.move(q)
         self._q = q
         self.twin.move(q)
@@ -109,12 +117,17 @@ class LiveBench:
         """Hang a mass at the tip; raises `InputError` where nothing can do it."""
         self._open().hang(payload_kg)
         self._payload_kg = payload_kg
+        self._tell({"what": "hang", "payload_kg": payload_kg})
 
     def capture(self, keep: str | None = None) -> Shot:
         """Take a picture and find its markers; keep the pose in the recording as one of trajectory `keep`."""
         bench = self._open()
         if self._q is None:
             raise JobError("the arm was not moved yet; move it first")
+        if self.pictures_left == 0:
+            raise JobError("all pictures are taken; diagnose what you have, hand in, or ask for more")
+        if self.source.terms is not None:
+            keep = keep or "poses"
         frame = bench.capture()
         measured = dict(self._find(frame.image, self._q))
         truth = bench.body_poses() if isinstance(bench, SimulatedBench) else {}
@@ -132,6 +145,9 @@ class LiveBench:
             self._record().add(self.shot, keep, self._payload_kg)
             seen = self.described
             self.misses.append(self.shot.miss(self.twin.name, seen.arm, seen.camera, seen.arm_plane_z_mm))
+        if self.source.terms is not None:  # what was paid for is on disk before it is shown
+            self._record().wait()
+            self._tell({"what": "picture", "number": self.poses})
         return self.shot
 
     def run(self, plan: Plan, number: int) -> None:
@@ -169,6 +185,8 @@ class LiveBench:
 
     def begin_recording(self) -> None:
         """Begin an empty recording; the last one stays on disk."""
+        if self.source.terms is not None:
+            raise InputError("recording: every picture of this robot is kept in one recording")
         self._end_recording()
 
     def recording_folder(self) -> Path:
@@ -194,6 +212,10 @@ class LiveBench:
             self._recording.close()
         self._recording = None
         self.misses.clear()
+
+    def _tell(self, command: dict[str, Any]) -> None:
+        if self.source.terms is not None:
+            self.source.terms.told(command)
 
     def _open(self) -> Bench:
         if self._bench is None:

@@ -19,12 +19,17 @@ from armtwin.scenarios.serving.sources import BenchSource
 
 
 class LiveRecording:
-    """A recording folder (`armtwin.recording/1`) to which poses are added one by one; make it by `new_recording`."""
+    """A recording folder (`armtwin.recording/1`) to which poses are added one by one; make it by `new_recording`.
 
-    def __init__(self, folder: Path, source: BenchSource) -> None:
+    `n` poses are in it already, the last seen at `last_s`. A bench that is opened anew starts its clock anew; in the
+    recording time goes on.
+    """
+
+    def __init__(self, folder: Path, source: BenchSource, n: int = 0, last_s: float = 0.0) -> None:
         self.folder = folder
         self._source = source
-        self._n = 0
+        self._n = n
+        self._last_s, self._apart_s, self._clock_s = last_s, 0.0, np.inf if n else -np.inf
         # Packing a picture takes as long as taking one: it is done while the arm moves on.
         self._writer = ThreadPoolExecutor(1, thread_name_prefix="recording")
         self._last: Future[None] | None = None
@@ -66,19 +71,34 @@ class LiveRecording:
 
     def _row(self, shot: Shot, trajectory: str, payload_kg: float) -> Recording:
         source, unseen = self._source, np.full(2, np.nan)
-        given_s = shot.frame.commanded_s
+        given_s, seen_s = shot.frame.commanded_s, shot.frame.time_s
+        if seen_s < self._clock_s:  # its clock was started anew
+            self._apart_s = self._last_s - (seen_s if given_s is None else min(given_s, seen_s))
+        self._clock_s, self._last_s = seen_s, seen_s + self._apart_s
         return Recording(
             arm=source.description.arm,
             camera=source.description.camera,
             arm_plane_z_mm=source.description.arm_plane_z_mm,
             sample=np.array([self._n]),
-            time_s=np.array([round(shot.frame.time_s, 6)]),
-            commanded_s=np.array([np.nan if given_s is None else round(given_s, 6)]),
+            time_s=np.array([round(self._last_s, 6)]),
+            commanded_s=np.array([np.nan if given_s is None else round(given_s + self._apart_s, 6)]),
             trajectory=np.array([trajectory]),
             q_cmd=shot.q_cmd[None],
             markers_px={name: shot.measured_px.get(name, unseen)[None] for name in source.description.arm.marker_names},
             payload_kg=np.array([payload_kg]),
         )
+
+
+def last_recording(parent: Path, source: BenchSource) -> LiveRecording | None:
+    """Return the newest recording below `parent` to go on with, a row that was left half written cut off; or None."""
+    folders = sorted(path.parent for path in parent.glob("recording-*/samples.csv"))
+    if not folders:
+        return None
+    path = folders[-1] / "samples.csv"
+    whole = path.read_bytes().rpartition(b"\n")[0] + b"\n"
+    atomic.write_bytes(path, whole)
+    rows = list(csv.DictReader(io.StringIO(whole.decode())))
+    return LiveRecording(folders[-1], source, len(rows), float(rows[-1]["time_s"])) if rows else None
 
 
 def new_recording(parent: Path, source: BenchSource) -> LiveRecording:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +27,16 @@ _VISIT_POSES = 100
 
 
 @dataclass(frozen=True, eq=False)
+class Terms:
+    """On what terms a visitor has a bench: how many `pictures` in all, every one of them kept in one recording, which
+    `tools` he may call, and who is `told` of each command."""
+
+    pictures: Callable[[], int]
+    tools: tuple[str, ...]
+    told: Callable[[dict[str, Any]], None]
+
+
+@dataclass(frozen=True, eq=False)
 class BenchSource:
     """A bench that can be opened, again and again.
 
@@ -36,6 +47,7 @@ class BenchSource:
         make: opens it with the given faults after so many poses; faults only where `takes_faults`.
         takes_faults: whether faults can be put into it.
         release: ends what the source itself started.
+        terms: on what terms; None: as many pictures as one likes.
 
     """
 
@@ -45,6 +57,7 @@ class BenchSource:
     make: Callable[[Sequence[EffectTable], int], Bench]
     takes_faults: bool
     release: Callable[[], None]
+    terms: Terms | None = None
 
 
 def source_of(said: str) -> BenchSource:

@@ -30,17 +30,27 @@ class BusyError(JobError):
 
 
 class Visit:
-    """A served bench from its start to its end; every method may be called from any thread."""
+    """A served bench from its start to its end; every method may be called from any thread.
 
-    def __init__(self, source: BenchSource, out: Path) -> None:
+    Several visits may share a `thread`, which then does what all of them ask of their benches, and `slots` for jobs.
+    """
+
+    def __init__(
+        self,
+        source: BenchSource,
+        out: Path,
+        thread: ThreadPoolExecutor | None = None,
+        slots: threading.BoundedSemaphore | None = None,
+    ) -> None:
         self.source = source
         self.lease = MoverLease()
         self.live = LiveBench(source, out / "recordings")
-        self.jobs = Jobs(out / "jobs", self._take_over)
+        self.jobs = Jobs(out / "jobs", self._take_over, slots)
         self.running: str | None = None
         self.progress = 0.0
         self.said = ""
-        self._thread = ThreadPoolExecutor(1, thread_name_prefix="bench")
+        self._shared = thread is not None
+        self._thread = thread or ThreadPoolExecutor(1, thread_name_prefix="bench")
         self._waiting = threading.BoundedSemaphore(MOST_WAITING)
         self._stop_plan = threading.Event()
         self._ended = threading.Event()
@@ -72,7 +82,10 @@ class Visit:
         self._stop_plan.set()
 
     def diagnose(self, kind: str) -> Job:
-        """Begin a job on what is recorded."""
+        """Begin a job on what is recorded; raises `InputError` where the bench's terms do not allow it."""
+        terms = self.source.terms
+        if terms is not None and kind not in terms.tools:
+            raise InputError(f"kind: '{kind}' is not allowed here; {', '.join(terms.tools) or 'no tool'} is")
         folder = self.submit(self.live.recording_folder).result()
         return self.jobs.start("calibrate" if kind == "calibrate" else "diagnose", folder)
 
@@ -87,7 +100,8 @@ class Visit:
         self._stop_plan.set()
         self.jobs.close()
         self._thread.submit(self.live.shut_down).result()
-        self._thread.shutdown()
+        if not self._shared:
+            self._thread.shutdown()
         self.source.release()
 
     def _plan(self, name: str | None, job: int | None) -> tuple[str, Plan]:

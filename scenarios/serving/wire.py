@@ -91,6 +91,7 @@ class BenchInfo(Strict):
     hangs_loads: bool
     actuation: dict[str, Any]
     recording_header: dict[str, Any]
+    tools: list[str]
 
 
 class JobInfo(Strict):
@@ -121,6 +122,7 @@ class State(Strict):
     progress: float
     said: str
     jobs: list[JobInfo]
+    pictures_left: int | None = None
 
 
 class ShotInfo(Strict):

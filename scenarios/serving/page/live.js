@@ -13,6 +13,9 @@ let info, state, space, effects = [], wanted = null, moving = false, opened = 0;
 let misses = [];  // of the recorded poses, as they were when they were taken
 let shown = null;
 
+// Where pictures are counted none is taken unasked: the sliders move, the button takes.
+const counted = () => state?.pictures_left !== null && state?.pictures_left !== undefined;
+
 const say = text => { $("status").textContent = text; };
 const warn = text => { $("banner").textContent = text; $("banner").hidden = !text; };
 
@@ -28,7 +31,7 @@ async function take() {
     await takeLease();
     await ask("POST", "api/connect");
     await ask("POST", "api/move", { q_cmd_rad: info.start_rad, approach: true });
-    await ask("POST", "api/look", {});
+    if (!counted()) await ask("POST", "api/look", {});
     await refresh();
   });
 }
@@ -41,7 +44,7 @@ async function follow() {  // the sliders: the newest wish counts, those between
     wanted = null;
     await tried(async () => {
       await ask("POST", "api/move", { q_cmd_rad: q, approach: true });
-      await ask("POST", "api/look", {});
+      if (!counted()) await ask("POST", "api/look", {});
     });
   }
   moving = false;
@@ -100,7 +103,17 @@ function showState() {
   const locked = !mine || !state.connected || busy;
   document.querySelectorAll(".move input, .move .buttons button:not(#stop), .faults button, #clear").forEach(element => { element.disabled = locked; });
   const working = state.jobs.some(job => job.state === "running");
-  for (const id of ["calibrate", "diagnose"]) $(id).disabled = !state.poses || working || busy;
+  for (const id of ["calibrate", "diagnose"]) {
+    $(id).disabled = !state.poses || working || busy;
+    $(id).hidden = !info.tools.includes(id);
+  }
+  $("left").hidden = $("hand-in").hidden = !counted();
+  $("clear").hidden = counted();
+  if (counted()) {
+    $("left").textContent = `${state.pictures_left} pictures left; each is kept`;
+    $("keep").textContent = "Take a picture here";
+    $("keep").disabled ||= !state.pictures_left;
+  }
   $("download").hidden = !state.poses;
   $("twin-name").textContent = state.twin;
   colours.twin = TWIN[state.twin] ?? TWIN.drawing;
@@ -111,7 +124,10 @@ function showState() {
     return item;
   }));
   $("jobs").replaceChildren(...state.jobs.map(jobItem));
-  if (state.version !== info.version) warn("the server is another version now; load this page again");
+  if (state.version !== info.version) {
+    warn("the server is another version now; this page loads itself again");
+    setTimeout(() => location.reload(), 3000);
+  }
   if (shown) draw(shown);
 }
 

@@ -1,0 +1,1 @@
+"""A class of sealed robots: drawn from a secret, served to students, graded by the truth that nobody was told."""
