@@ -34,6 +34,7 @@ LABS = (
     Lab(4, "lab_4_calibration", "Calibration, and what cannot be known", 90),
     Lab(5, "lab_5_faults", "What is still wrong", 90),
     Lab(6, "lab_6_experiment", "The next experiment", 75),
+    Lab(7, "lab_7_sealed", "The sealed robot", 90),
 )
 
 
