@@ -28,6 +28,8 @@ class Arm:
         link_masses_kg: (n,) or None where not known.
         tip_mass_kg: mass at the tip, or None where not known.
         form: zero pose, tip offset and markers.
+        joints: names of the joints, base first, or None where they are only counted.
+        joint_limits_rad: (n, 2) smallest and largest angle of each joint, or None where the drawing states none.
 
     """
 
@@ -37,6 +39,14 @@ class Arm:
     link_masses_kg: Array | None = None
     tip_mass_kg: float | None = None
     form: Form = STRAIGHT
+    joints: tuple[str, ...] | None = None
+    joint_limits_rad: Array | None = None
+
+    @property
+    def joint_labels(self) -> tuple[str, ...]:
+        """The joints for people: joint 1, or joint 1 (shoulder) where it has a name."""
+        names = self.joints or ("",) * self.n_joints
+        return tuple(f"joint {i}" + (f" ({name})" if name else "") for i, name in enumerate(names, start=1))
 
     @property
     def has_tip_offset(self) -> bool:
@@ -112,4 +122,6 @@ def arm_from_table(arm: ArmTable) -> Arm:
         link_masses_kg=None if arm.link_masses_kg is None else np.array(arm.link_masses_kg),
         tip_mass_kg=arm.tip_mass_kg,
         form=form_named(arm.name),
+        joints=None if arm.joints is None else tuple(arm.joints),
+        joint_limits_rad=None if arm.joint_limits_rad is None else np.array(arm.joint_limits_rad),
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from armtwin.models.arm import Arm
 from armtwin.models.errors import InputError
 from armtwin.models.plan import ROUNDING_RAD, Plan
 
@@ -15,11 +16,26 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class JointLimits:
-    """(n,) smallest and largest angle of each joint, rad, and the largest change of a joint from pose to pose."""
+    """(n,) smallest and largest angle of each joint, rad, and the largest change of a joint from pose to pose.
+
+    `labels` are the joints' for people; None: they are counted.
+    """
 
     min_rad: Array
     max_rad: Array
     max_step_rad: float
+    labels: tuple[str, ...] | None = None
+
+    @classmethod
+    def of_arm(cls, arm: Arm, turn_rad: float) -> JointLimits:
+        """Return the drawing's limits, or `turn_rad` either way where it states none; from end to end in one step."""
+        ends = arm.joint_limits_rad
+        if ends is None:
+            ends = np.tile([-turn_rad, turn_rad], (arm.n_joints, 1))
+        return cls(ends[:, 0], ends[:, 1], float(np.max(ends[:, 1] - ends[:, 0])), arm.joint_labels)
+
+    def _label(self, joint: int) -> str:
+        return f"joint {joint + 1}" if self.labels is None else self.labels[joint]
 
     def check_pose(self, q: Array, where: str) -> None:
         """Raise `InputError`, naming `where` and the joint, if (n,) angles lie outside the limits or are no numbers."""
@@ -29,7 +45,7 @@ class JointLimits:
         if not inside.all():  # NaN is not inside
             j = int(np.argmin(inside))
             raise InputError(
-                f"{where}: joint {j + 1} at {q[j]:.4f} rad ({np.degrees(q[j]):.1f} deg) is outside its limits, "
+                f"{where}: {self._label(j)} at {q[j]:.4f} rad ({np.degrees(q[j]):.1f} deg) is outside its limits, "
                 f"{self.min_rad[j]:.4f} to {self.max_rad[j]:.4f} rad"
             )
 
@@ -39,7 +55,7 @@ class JointLimits:
         j = int(np.argmax(step))
         if step[j] > self.max_step_rad + ROUNDING_RAD:
             raise InputError(
-                f"{where}: joint {j + 1} turns {step[j]:.4f} rad in one step, {self.max_step_rad:.4f} is allowed; "
+                f"{where}: {self._label(j)} turns {step[j]:.4f} rad in one step, {self.max_step_rad:.4f} is allowed; "
                 "put poses between, or raise motion.max_step_rad"
             )
 

@@ -21,6 +21,7 @@ from armtwin.models.arm import Arm
 from armtwin.models.errors import InputError, UnreachablePoseError
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 Elbow = Literal["paper", "other"]
 
 
@@ -37,7 +38,7 @@ class Deviation:
         return cls(np.zeros_like(arm.link_lengths_mm), np.zeros(arm.n_joints))
 
 
-def complex_links(arm: Arm, delta: Deviation | None = None) -> NDArray[np.complex128]:
+def complex_links(arm: Arm, delta: Deviation | None = None) -> Complex:
     """(n,) each link as a complex length in its own frame; with a tip offset the last is l4 - j l5."""
     lengths = arm.link_lengths_mm if delta is None else arm.link_lengths_mm + delta.lengths_mm
     if arm.has_tip_offset:
@@ -82,23 +83,63 @@ def forward(arm: Arm, q: Array, delta: Deviation | None = None) -> Array:
     return np.concatenate([tip, theta[..., None]], axis=-1)
 
 
+def coefficients(arm: Arm, delta: Deviation | None = None) -> tuple[Complex, Complex]:
+    """Return the (C,) coefficients of a chain and their (C, lengths + n) derivative by lengths and joint zeros.
+
+    A joint's zero turns every link beyond it by a constant angle, so that link i is c_i = l_i exp(j (delta_1 + ... +
+    delta_i)). C = n; with a tip offset the last link's is l4 - j l5, and one more, l4, leads to its corner.
+    """
+    n, n_lengths = arm.n_joints, len(arm.link_lengths_mm)
+    lengths = arm.link_lengths_mm if delta is None else arm.link_lengths_mm + delta.lengths_mm
+    turn = np.exp(1j * np.cumsum(np.zeros(n) if delta is None else delta.joints_rad))
+    slope = np.zeros((n + arm.has_tip_offset, n_lengths + n), dtype=complex)
+    slope[range(n), range(n)] = turn
+    if arm.has_tip_offset:
+        l4, l5 = lengths[-2:]
+        c = np.array([*lengths[:-2], l4 - 1j * l5, l4]) * turn[[*range(n), n - 1]]
+        slope[n - 1, n] = -1j * turn[n - 1]
+        slope[n, n - 1] = turn[n - 1]
+    else:
+        c = lengths * turn
+    for link in range(len(c)):
+        slope[link, n_lengths : n_lengths + min(link, n - 1) + 1] = 1j * c[link]
+    return c, slope
+
+
+def along_path(arm: Arm, directions: Complex, marker: str) -> Complex:
+    """(N, C) what each coefficient of a chain is multiplied with to reach `marker`: its derivative by them.
+
+    `directions` are (N, n) unit directions of the links in which the joints' zeros have no part.
+    """
+    out = np.zeros((len(directions), arm.n_joints + arm.has_tip_offset), dtype=complex)
+    for coefficient, link in path_to(arm, marker):
+        out[:, coefficient] = directions[:, link]
+    return out
+
+
+def by_joint(arm: Arm, along: Complex, c: Complex) -> Complex:
+    """(N, n) derivative of a marker by the joint angles: what lies beyond a joint turns about it.
+
+    `along` (N, C) is the marker's `along_path`, `c` (C,) the chain's coefficients.
+    """
+    links = along * c
+    n = arm.n_joints
+    beyond = links[:, :n].copy()
+    beyond[:, n - 1] += links[:, n:].sum(axis=-1)  # the corner is on the last link
+    turned: Complex = 1j * np.cumsum(beyond[:, ::-1], axis=-1)[:, ::-1]
+    return turned
+
+
 def forward_jacobian(arm: Arm, q: Array, delta: Deviation | None = None) -> tuple[Array, Array]:
     """Derivatives of every marker position: (N, n+1, 2, lengths) mm/mm and (N, n+1, 2, n) mm/rad by joint zeros.
 
     The derivative by a joint's zero is the derivative by its angle.
     """
-    directions = np.exp(1j * link_angles(arm, q, delta))
-    links = complex_links(arm, delta) * directions
-    n = arm.n_joints
+    _, slope = coefficients(arm, delta)
+    directions = np.exp(1j * link_angles(arm, q))
+    moved = np.stack([along_path(arm, directions, name) @ slope for name in arm.marker_names], axis=1)
     n_lengths = len(arm.link_lengths_mm)
-    by_length = np.zeros((*directions.shape[:-1], n + 1, n_lengths), dtype=complex)
-    by_joint = np.zeros((*directions.shape[:-1], n + 1, n), dtype=complex)
-    for link in range(n):
-        by_length[..., link + 1 :, link] = directions[..., link, None]
-        by_joint[..., link + 1 :, : link + 1] += 1j * links[..., link, None, None]
-    if arm.has_tip_offset:
-        by_length[..., n, n] = -1j * directions[..., n - 1]
-    return _as_xy(by_length), _as_xy(by_joint)
+    return _as_xy(moved[..., :n_lengths]), _as_xy(moved[..., n_lengths:])
 
 
 def is_closed_form(arm: Arm) -> bool:
@@ -145,6 +186,6 @@ def _refuse_unreachable(poses: Array, argument: Array, distance: Array, l1: floa
         )
 
 
-def _as_xy(z: NDArray[np.complex128]) -> Array:
+def _as_xy(z: Complex) -> Array:
     """(..., M, P) complex derivatives as (..., M, 2, P) real ones."""
     return np.stack([z.real, z.imag], axis=-2)

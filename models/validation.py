@@ -54,6 +54,10 @@ class Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
+# As URDF and ROS name joints; it stands in messages and exported files.
+JointName = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_. -]{0,60}$")]
+
+
 class ArmTable(Strict):
     """The `arm` table of a recording or an arm file."""
 
@@ -62,6 +66,25 @@ class ArmTable(Strict):
     gravity_m_s2: Annotated[list[Gravity], Field(min_length=2, max_length=2)] = [0.0, 0.0]
     link_masses_kg: list[Mass] | None = None
     tip_mass_kg: Mass | None = None
+    joints: list[JointName] | None = None
+    joint_limits_rad: list[Annotated[list[Finite], Field(min_length=2, max_length=2)]] | None = None
+
+    @model_validator(mode="after")
+    def _joints_have_names_and_limits(self) -> ArmTable:
+        n = form_named(self.name).joints_of(len(self.link_lengths_mm))
+        for key in ("joints", "joint_limits_rad"):
+            given = getattr(self, key)
+            if given is not None and len(given) != n:
+                raise ValueError(f"{key} needs {n} entries, one a joint, found {len(given)}")
+        twice = [name for name in self.joints or () if (self.joints or []).count(name) > 1]
+        if twice:
+            raise ValueError(f"joints: two of them are called '{twice[0]}'")
+        for number, (low, high) in enumerate(self.joint_limits_rad or (), start=1):
+            if not low < high:
+                raise ValueError(
+                    f"joint_limits_rad of joint {number}: found {low:g} to {high:g}, lowest first is wanted"
+                )
+        return self
 
     @model_validator(mode="after")
     def _lengths_and_masses_fit(self) -> ArmTable:

@@ -31,8 +31,8 @@ from armtwin.sim.sensor import Sensor, expose
 
 Array = NDArray[np.float64]
 
-# Joints of a simulated arm turn as far as a hobby servo does, either way, and from end to end in one step.
-_TURN_RAD = np.radians(90.0)
+# Joints of a simulated arm whose drawing states no limits turn as far as a hobby servo does, either way.
+_TURN_RAD = float(np.radians(90.0))
 
 
 class SimulatedBench:
@@ -81,13 +81,12 @@ class SimulatedBench:
     @property
     def description(self) -> BenchDescription:
         """What is declared of the world; nothing that is true of it alone."""
-        turn = np.full(self.world.arm.n_joints, _TURN_RAD)
         return BenchDescription(
             kind="simulated",
             arm=self.world.arm,
             camera=self.world.camera,
             arm_plane_z_mm=self.world.arm_plane_z_mm,
-            limits=JointLimits(-turn, turn, 2 * _TURN_RAD),
+            limits=JointLimits.of_arm(self.world.arm, _TURN_RAD),
             hangs_loads=True,
             actuation=self._actuation,
         )

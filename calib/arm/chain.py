@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.arm import Arm
-from armtwin.models.kinematics import Deviation, link_angles, path_to
+from armtwin.models.kinematics import Deviation, along_path, coefficients, link_angles
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -63,30 +63,11 @@ class Chain:
 
     def coefficients(self, link_parameters: Array) -> tuple[ComplexArray, ComplexArray]:
         """Return the (C,) coefficients c and their (C, P) derivative by the link parameters; C = n, or n + 1 with E."""
-        n, n_lengths = self.arm.n_joints, len(self.length_names)
-        lengths = self.arm.link_lengths_mm + link_parameters[:n_lengths]
-        turn = np.exp(1j * np.cumsum(link_parameters[n_lengths:]))
-        slope = np.zeros((n + self.arm.has_tip_offset, n_lengths + n), dtype=complex)
-        slope[range(n), range(n)] = turn
-        if self.arm.has_tip_offset:
-            l4, l5 = lengths[-2:]
-            c = np.array([*lengths[:-2], l4 - 1j * l5, l4]) * turn[[*range(n), n - 1]]
-            slope[n - 1, n] = -1j * turn[n - 1]
-            slope[n, n - 1] = turn[n - 1]
-        else:
-            c = lengths * turn
-        for link in range(len(c)):
-            slope[link, n_lengths : n_lengths + min(link, n - 1) + 1] = 1j * c[link]
-        return c, slope
+        return coefficients(self.arm, self.deviation(link_parameters))
 
     def directions(self, q_cmd: Array, marker: str) -> ComplexArray:
         """(N, C) what each coefficient is multiplied with to reach `marker` at (N, n) commands, rad."""
-        n = self.arm.n_joints
-        turned = np.exp(1j * link_angles(self.arm, q_cmd))
-        out = np.zeros((len(q_cmd), n + self.arm.has_tip_offset), dtype=complex)
-        for coefficient, link in path_to(self.arm, marker):
-            out[:, coefficient] = turned[:, link]
-        return out
+        return along_path(self.arm, np.exp(1j * link_angles(self.arm, q_cmd)), marker)
 
     def convention(self, markers: tuple[str, ...]) -> Array:
         """(P, P') basis of the link parameters that are fitted when these markers are seen.

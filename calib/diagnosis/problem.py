@@ -19,10 +19,11 @@ from armtwin.models.catalogue.context import Context, nominal_links
 from armtwin.models.catalogue.points import Geometry
 from armtwin.models.catalogue.predict import Active, camera_path, joint_angles, marker_points
 from armtwin.models.coordinate_frames import R_ROBOT_BOARD, board_to_robot, robot_to_board
-from armtwin.models.kinematics import path_to
+from armtwin.models.kinematics import along_path, by_joint
 from armtwin.models.recordings.recording import Recording
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 Bool = NDArray[np.bool_]
 
 # Priors of the geometry, wide enough never to bind where the poses tell anything: a printed link is not off by 30 mm.
@@ -108,27 +109,22 @@ class Problem:
         J[..., 0], J[..., 1] = by_x, by_y
         directions = self.context.directions(q)
         for column, name in enumerate(self.context.markers):
-            for slot, link in path_to(self.context.arm, name):
-                along = directions[:, link, None]
-                J[:, column, :, 2 + 2 * slot] = along.real * by_x[:, column] + along.imag * by_y[:, column]
-                J[:, column, :, 3 + 2 * slot] = -along.imag * by_x[:, column] + along.real * by_y[:, column]
+            along = along_path(self.context.arm, directions, name)[:, : len(g) // 2 - 1]
+            J[:, column, :, 2::2] = _in_pixels(along, by_x[:, column], by_y[:, column])
+            J[:, column, :, 3::2] = _in_pixels(1j * along, by_x[:, column], by_y[:, column])
         return pixels, J
 
     def jacobian_by_joint(self, g: Array, q: Array, effects: Sequence[Active] = ()) -> Array:
         """(N, M, d, n) derivative of the channels by the link angles (N, n), seen as the camera's `effects` have it."""
         if not self.is_pixels:
             return np.broadcast_to(np.eye(q.shape[1])[:, None, :], (*q.shape, 1, q.shape[1]))
-        geometry = self.geometry(g)
-        points = marker_points(self.context, geometry, q)
+        points = marker_points(self.context, self.geometry(g), q)
         by_x, by_y = self._slopes(robot_to_board(points, self.base_in_board_mm), effects)
-        links = geometry.links * self.context.directions(q)
-        hinges = np.concatenate([np.zeros((len(q), 1), dtype=complex), np.cumsum(links, axis=-1)], axis=-1)
+        directions, c = self.context.directions(q), g[2::2] + 1j * g[3::2]
         J = np.zeros((*by_x.shape, q.shape[1]))
-        place = points[..., 0] - g[0] + 1j * (points[..., 1] - g[1])
         for column, name in enumerate(self.context.markers):
-            for joint in range(len(path_to(self.context.arm, name))):
-                along = 1j * (place[:, column] - hinges[:, joint])[:, None]
-                J[:, column, :, joint] = along.real * by_x[:, column] + along.imag * by_y[:, column]
+            along = along_path(self.context.arm, directions, name)[:, : len(c)]
+            J[:, column] = _in_pixels(by_joint(self.context.arm, along, c), by_x[:, column], by_y[:, column])
         return J
 
     def pixels_by_plane(self, g: Array) -> tuple[Array, Array]:
@@ -142,6 +138,11 @@ class Problem:
         assert camera is not None
         by_x, by_y = camera_path(self.context, effects).slopes(camera, board, R_ROBOT_BOARD[:2])
         return by_x, by_y
+
+
+def _in_pixels(moved: Complex, by_x: Array, by_y: Array) -> Array:
+    """(N, 2, K) pixels for (N, K) motions in the robot's plane, by (N, 2) slopes of the pixels by its x and y."""
+    return by_x[:, :, None] * moved.real[:, None, :] + by_y[:, :, None] * moved.imag[:, None, :]
 
 
 def problem_of(recording: Recording) -> Problem:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.camera import back_project
-from armtwin.models.kinematics import complex_links, wrap
+from armtwin.models.kinematics import along_path, complex_links, wrap
 from armtwin.models.recordings.recording import Recording
 from armtwin.models.statistics import MAD_TO_STD
 
@@ -67,10 +67,9 @@ def _of_markers(recording: Recording) -> Remainder:
     drawn = complex_links(arm)
     blocks, targets = [], []
     for name in names:
-        links = np.zeros(arm.n_joints)
-        links[: arm.marker_names.index(name)] = 1.0
+        links = along_path(arm, headings, name)[:, : arm.n_joints]
         seen = back_project(recording.camera, recording.markers_px[name], recording.arm_plane_z_mm)
-        blocks.append(np.concatenate([np.ones((len(headings), 1)), headings * links * drawn], axis=1))
+        blocks.append(np.concatenate([np.ones((len(headings), 1)), links * drawn], axis=1))
         targets.append(-seen[:, 0] + 1j * seen[:, 1])  # x_robot is -x_board
     A, w = np.stack(blocks, axis=1), np.stack(targets, axis=1)
     solution = _reweighted(A.reshape(-1, A.shape[-1]), w.ravel(), np.abs(drawn))

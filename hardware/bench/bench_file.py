@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.hardware.bench.servo_map import ServoMap
-from armtwin.hardware.bench.tables import BenchTable, CameraSettings, MotionTable, QualityTable, SettleTable
+from armtwin.hardware.bench.tables import BenchTable, CameraSettings, JointTable, MotionTable, QualityTable, SettleTable
 from armtwin.models.arm import Arm, nominal_arm, read_arm
 from armtwin.models.bench import BenchDescription
 from armtwin.models.camera import Camera, check_plane
@@ -76,6 +77,7 @@ def read_bench(path: Path) -> BenchSetup:
             f"{path.name}: arm: {named} has {arm.n_joints} joints, {len(table.joints)} tables [[joints]] are there; "
             "name the arm's file, or write one table for each of its joints"
         )
+    _check_limits(arm, table.joints, path.name)
     camera = read_camera(beside(path, "camera.calibration", table.camera.calibration))
     if not camera.t_board_camera_mm.any():
         raise InputError(
@@ -90,6 +92,18 @@ def read_bench(path: Path) -> BenchSetup:
         video = str(_video(path, table.camera.source))
         table = table.model_copy(update={"camera": table.camera.model_copy(update={"source": video})})
     return setup_of(table, arm, camera)
+
+
+def _check_limits(arm: Arm, joints: Sequence[JointTable], file: str) -> None:
+    """Raise `InputError` where the bench lets a joint turn further than the arm's drawing does."""
+    if arm.joint_limits_rad is None:
+        return
+    for label, joint, (low, high) in zip(arm.joint_labels, joints, arm.joint_limits_rad.tolist(), strict=True):
+        if joint.min_rad < low or joint.max_rad > high:
+            raise InputError(
+                f"{file}: {label}: min_rad {joint.min_rad:g} to max_rad {joint.max_rad:g} goes beyond the arm file's "
+                f"joint_limits_rad, {low:g} to {high:g}; narrow it"
+            )
 
 
 def setup_of(table: BenchTable, arm: Arm, camera: Camera) -> BenchSetup:
@@ -109,6 +123,7 @@ def setup_of(table: BenchTable, arm: Arm, camera: Camera) -> BenchSetup:
             min_rad=np.array([joint.min_rad for joint in joints]),
             max_rad=np.array([joint.max_rad for joint in joints]),
             max_step_rad=table.motion.max_step_rad,
+            labels=arm.joint_labels,
         ),
         rest_rad=np.array(table.motion.rest_rad or [0.0] * len(joints)),
         camera_settings=table.camera,

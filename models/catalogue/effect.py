@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.arm import Arm
+from armtwin.models.camera import Camera
 from armtwin.models.catalogue.camera_path import CameraPath
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.evidence import Evidence
@@ -106,6 +107,13 @@ class Starts(Protocol):
         """Return values (k,), scanned ones on a grid; `around` narrows the scan about an earlier best."""
 
 
+class LeftByCalibration(Protocol):
+    """Says how much of an effect a camera's calibration has left."""
+
+    def __call__(self, assumed: Camera, true: Camera, /) -> dict[str, float]:
+        """Return the term's values that lead from the camera as it was calibrated to the true one."""
+
+
 class Injector(Protocol):
     """Makes an effect physically."""
 
@@ -156,6 +164,10 @@ class Effect:
         needs_return: what it does follows the order of poses or the side they are approached from, so that where no
             joint ever turns back it is one with a joint's zero, gain or curve.
         in_time: it takes time; of causes that tie it is not named first where no time was recorded.
+        as_gear: the injector's parameter by which a servo turns more than its command, where that is all it does: a
+            model file may hold it as its actuator's gear.
+        when_correcting: what the expectation of corrected commands leaves out of it, for people.
+        left_by_calibration: how a calibrated camera's errors are told in its terms; None where they are none of it.
 
     """
 
@@ -182,6 +194,9 @@ class Effect:
     needs_camera: bool = False
     needs_return: bool = False
     in_time: bool = False
+    as_gear: str | None = None
+    when_correcting: str | None = None
+    left_by_calibration: LeftByCalibration | None = None
 
     @property
     def angle_term(self) -> AngleTerm | None:

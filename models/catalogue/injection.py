@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, Protocol
@@ -42,6 +43,7 @@ class Injected:
         default: what is taken where it is not given; None: it has to be given, unless `optional`.
         optional: where it is not given the injector takes what suits the world.
         kind: a number, a whole one, a sample's number, a list of such numbers, or a marker's name.
+        period: of a number that comes back to itself, as an angle does: values so far apart are one.
 
     """
 
@@ -50,6 +52,7 @@ class Injected:
     default: float | None = None
     optional: bool = False
     kind: Kind = "number"
+    period: float | None = None
 
     @property
     def required(self) -> bool:
@@ -85,6 +88,11 @@ def taken_by(injected: Sequence[Injected], arm: Jointed) -> dict[str, Injected]:
         for one in injected
         for name in dict.fromkeys(one.name.replace(_EACH_JOINT, str(number)) for number in numbers)
     }
+
+
+def declared(injected: Sequence[Injected], name: str) -> Injected | None:
+    """Return the parameter of this name, of whichever joint, or None."""
+    return next((one for one in injected if re.fullmatch(one.name.replace(_EACH_JOINT, r"\d+"), name)), None)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from armtwin.models.camera import Camera
 from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.camera_path import CameraPath
 from armtwin.models.catalogue.context import Context
@@ -57,6 +58,11 @@ def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
     return sealed.Hidden(lambda a: {"tilt_x_rad": a * x, "tilt_y_rad": a * y}, 0.02, 0.05)
 
 
+def _left(assumed: Camera, true: Camera) -> dict[str, float]:
+    turn = Rotation.from_matrix(true.R_board_camera @ assumed.R_board_camera.T).as_rotvec()
+    return {"tilt_x_rad": float(turn[0]), "tilt_y_rad": float(turn[1])}
+
+
 EFFECT = Effect(
     name="camera_tilt",
     summary="the camera's assumed orientation is off for all of the recording",
@@ -70,6 +76,7 @@ EFFECT = Effect(
     confused_with=("axis_tilt", "lens_distortion", "focal_length"),
     experiment="the camera moved to another place and calibrated there; a gauge laid across the plane",
     needs_camera=True,
+    left_by_calibration=_left,
     plans=("camera_elsewhere", "gauge_in_plane"),
     sealed=sealed.Sealing(_hide),
 )

@@ -68,6 +68,10 @@ def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
     return sealed.Hidden(lambda a: {"scale": 1.0 + sign * a, "from_sample": start}, 0.005, 0.15)
 
 
+def _left(assumed: Camera, true: Camera) -> dict[str, float]:
+    return {"scale": float(true.K[0, 0] / assumed.K[0, 0])}
+
+
 EFFECT = Effect(
     name="focal_length",
     summary="the focal length is off, or autofocus changed it",
@@ -81,6 +85,7 @@ EFFECT = Effect(
     confused_with=("plane_offset", "camera_moved", "lens_distortion"),
     experiment="a gauge of known length laid in the arm's plane; the board photographed once more",
     needs_camera=True,
+    left_by_calibration=_left,
     plans=("gauge_in_plane", "camera_elsewhere"),
     sealed=sealed.Sealing(_hide),
 )

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from armtwin.models.camera import Camera
 from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.camera_path import CameraPath
 from armtwin.models.catalogue.context import Context
@@ -71,6 +72,10 @@ def _hide(rng: Generator, s: sealed.Situation) -> sealed.Hidden:
     return sealed.Hidden(lambda a: {"k1": sign * a, "p1": a * p[0], "p2": a * p[1]}, 0.05, 0.5)
 
 
+def _left(assumed: Camera, true: Camera) -> dict[str, float]:
+    return {name: float(value - assumed.lens.named.get(name, 0.0)) for name, value in true.lens.named.items()}
+
+
 EFFECT = Effect(
     name="lens_distortion",
     summary="the distortion coefficients do not fit the lens",
@@ -84,6 +89,7 @@ EFFECT = Effect(
     confused_with=("camera_tilt", "focal_length"),
     experiment="the arm spread over the whole picture, corners included; the board photographed there",
     needs_camera=True,
+    left_by_calibration=_left,
     plans=("whole_picture",),
     sealed=sealed.Sealing(_hide),
 )

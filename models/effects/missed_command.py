@@ -203,6 +203,7 @@ EFFECT = Effect(
     found=Found(find),
     complexity=complexity,
     needs_return=True,
+    when_correcting="which commands will be missed cannot be known, none is reckoned with",
     sealed=sealed.Sealing(_hide),
 )
 

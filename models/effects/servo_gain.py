@@ -83,6 +83,7 @@ EFFECT = Effect(
     confused_with=("servo_nonlinearity",),
     experiment="this joint swept over its whole range",
     plans=("full_sweep",),
+    as_gear="gain",
     sealed=sealed.Sealing(_hide),
 )
 

@@ -191,7 +191,7 @@ EFFECT = Effect(
     injected=(
         Injected("amplitude_rad", (0.0, 0.5), optional=True),
         Injected("cycles_per_turn", (0.1, 200.0), optional=True),
-        Injected("phase_rad", (-2.0 * math.pi, 2.0 * math.pi), 0.0),
+        Injected("phase_rad", (-2.0 * math.pi, 2.0 * math.pi), 0.0, period=2.0 * math.pi),
         Injected("slope", (-0.9, 0.9), optional=True),
         Injected("curvature_per_rad", (-0.5, 0.5), optional=True),
     ),

@@ -213,6 +213,7 @@ EFFECT = Effect(
     complexity=complexity,
     told=told,
     needs_return=True,
+    when_correcting="the arm is given the time that it needs",
     in_time=True,
     sealed=sealed.Sealing(_hide),
 )

@@ -201,6 +201,7 @@ EFFECT = Effect(
     complexity=complexity,
     told=told,
     needs_return=True,
+    when_correcting="is reckoned from a cold start, one pose every 1.5 s",
     in_time=True,
     sealed=sealed.Sealing(_hide, timed=True),
 )

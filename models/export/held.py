@@ -39,15 +39,15 @@ class Held:
     not_held: tuple[NotHeld, ...]
 
 
-def effects_held(twin: Twin, otherwise: frozenset[str] = frozenset()) -> Held:
-    """Tell which effects lie in the arm's mechanics; those named in `otherwise` the file holds by other means."""
+def effects_held(twin: Twin, gears: bool = False) -> Held:
+    """Tell which effects lie in the arm's mechanics, or (with `gears`) can be made by the gear of an actuator."""
     bare = rebuild(Twin(twin.arm, twin.deviation, twin.base_in_board_mm, twin.camera, ()))
     held, not_held = [], []
     for effect in twin.effects:
         known = effect_named(effect.effect)
         alone = known.inject(bare, effect.parameters, effect.site)
         why = [reason for name, reason in _BEYOND_THE_ARM.items() if _differs(bare, alone, name)]
-        if why and effect.effect not in otherwise:
+        if why and not (gears and known.as_gear):
             not_held.append(NotHeld(effect, why[0]))
         else:
             held.append(effect)

@@ -17,6 +17,7 @@ import mujoco
 import numpy as np
 
 from armtwin.models import atomic
+from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.export.held import SCHEMA, Held, effect_table, effects_held, label
 from armtwin.models.twin import Twin, TwinEffect, rebuild
 from armtwin.models.world import World
@@ -24,20 +25,20 @@ from armtwin.models.world import World
 # A droop of 1 mrad becomes one of 0.01 mrad. Rotor and damping grow alike, so that the loop is as quick as before and
 # stops and dry friction, which MuJoCo resolves by the inertias, still outweigh it.
 STIFFER = 100.0
-_AS_GEAR = frozenset({"servo_gain"})
 
 
 def mjcf_spec(twin: Twin) -> tuple[mujoco.MjSpec, Held]:
     """Return the model of a twin's arm, and which effects it holds; raises `InputError` for an arm none can build."""
-    held = effects_held(twin, otherwise=_AS_GEAR)
+    held = effects_held(twin, gears=True)
     world = rebuild(twin)
     spec = world.spec()
     spec.modelname = f"{twin.arm.name} (armtwin twin)"
     if world.waits_for_rest:
         _stiffen(spec, world)
     for effect in held.held:
-        if effect.effect in _AS_GEAR:
-            _gear(spec, effect)
+        gear = effect_named(effect.effect).as_gear
+        if gear is not None:
+            _gear(spec, effect, float(effect.parameters[gear]))
     balanced = bool(world.relieved) and bool(np.any(world.arm.gravity_m_s2))
     if balanced:
         _balance(spec)
@@ -85,11 +86,11 @@ def _stiffen(spec: mujoco.MjSpec, world: World) -> None:
         joint.armature = float(joint.armature) * STIFFER
 
 
-def _gear(spec: mujoco.MjSpec, effect: TwinEffect) -> None:
+def _gear(spec: mujoco.MjSpec, effect: TwinEffect, gain: float) -> None:
     """Let the servo's loop see 1 / gain of the angle, so that it stops at gain times the command."""
     actuator = spec.actuator(f"servo{effect.joint}")
     gear = np.array(actuator.gear)
-    gear[0] = gear[0] / float(effect.parameters["gain"])
+    gear[0] = gear[0] / gain
     actuator.gear = gear
 
 

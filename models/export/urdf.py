@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from armtwin.models import atomic
+from armtwin.models.arm import Arm
 from armtwin.models.export.held import Held, held_by_rigid_links, label
 from armtwin.models.export.mjcf import note_beside, note_of
-from armtwin.models.servo import Servo
 from armtwin.models.twin import Twin, rebuild
+from armtwin.models.world import World
 
 Array = NDArray[np.float64]
 
@@ -42,7 +43,7 @@ def urdf_text(twin: Twin) -> str:
     ET.SubElement(hints, "compiler", fusestatic="false", discardvisual="false", strippath="false")
     ET.SubElement(robot, "link", name="base")
     for number in range(1, model.nbody):
-        _add_body(robot, model, number, world.servo)
+        _add_body(robot, model, number, world)
     for number in range(model.nsite):
         _add_frame(robot, model, number)
     ET.indent(robot, " ")
@@ -62,7 +63,8 @@ def xyz(values: Array) -> str:
     return " ".join(f"{0.0 if abs(value) < 1e-12 else value:.10g}" for value in values)
 
 
-def _add_body(robot: ET.Element, model: mujoco.MjModel, number: int, servo: Servo) -> None:
+def _add_body(robot: ET.Element, model: mujoco.MjModel, number: int, world: World) -> None:
+    servo = world.servo
     body = model.body(number)
     link = ET.SubElement(robot, "link", name=body.name)
     inertial = ET.SubElement(link, "inertial")
@@ -80,7 +82,7 @@ def _add_body(robot: ET.Element, model: mujoco.MjModel, number: int, servo: Serv
     joint = ET.SubElement(
         robot,
         "joint",
-        name=body.name.replace("link", "joint") if turns else f"to_{body.name}",
+        name=_joint_name(world.arm, body.name) if turns else f"to_{body.name}",
         type="revolute" if turns else "fixed",
     )
     ET.SubElement(joint, "parent", link="base" if parent == 0 else model.body(parent).name)
@@ -90,15 +92,29 @@ def _add_body(robot: ET.Element, model: mujoco.MjModel, number: int, servo: Serv
         hinge = model.joint(body.name.replace("link", "joint"))
         actuator = model.actuator(body.name.replace("link", "servo"))
         ET.SubElement(joint, "axis", xyz=xyz(hinge.axis))
+        low, high = _limits(world, body.name)
         ET.SubElement(
             joint,
             "limit",
-            lower=f"{-servo.travel_rad / 2:.10g}",
-            upper=f"{servo.travel_rad / 2:.10g}",
+            lower=f"{low:.10g}",
+            upper=f"{high:.10g}",
             effort=f"{float(actuator.forcerange[1]):.10g}",
             velocity=f"{servo.no_load_speed_rad_s:.10g}",
         )
         ET.SubElement(joint, "dynamics", damping="0", friction=f"{float(hinge.frictionloss[0]):.10g}")
+
+
+def _joint_name(arm: Arm, link: str) -> str:
+    """Return what the drawing calls the joint that turns a link (`link1`, ...), or `joint1` where it names none."""
+    return link.replace("link", "joint") if arm.joints is None else arm.joints[int(link.removeprefix("link")) - 1]
+
+
+def _limits(world: World, link: str) -> tuple[float, float]:
+    """Return how far the drawing lets the joint of a link turn, or its servo's travel about the middle, rad."""
+    if world.arm.joint_limits_rad is None:
+        return -world.servo.travel_rad / 2, world.servo.travel_rad / 2
+    low, high = world.arm.joint_limits_rad[int(link.removeprefix("link")) - 1]
+    return float(low), float(high)
 
 
 def _add_frame(robot: ET.Element, model: mujoco.MjModel, number: int) -> None:

@@ -46,6 +46,10 @@ def arm_table(arm: Arm) -> dict[str, Any]:
         table["link_masses_kg"] = arm.link_masses_kg.tolist()
     if arm.tip_mass_kg is not None:
         table["tip_mass_kg"] = arm.tip_mass_kg
+    if arm.joints is not None:
+        table["joints"] = list(arm.joints)
+    if arm.joint_limits_rad is not None:
+        table["joint_limits_rad"] = arm.joint_limits_rad.tolist()
     return table
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from scipy.spatial.transform import Rotation
-
 from armtwin.models.camera import Camera
+from armtwin.models.catalogue.registry import catalogue
 from armtwin.scenarios.runner.camera import calibrated_camera
 from armtwin.scenarios.runner.job import Job
 from armtwin.scenarios.runner.truth import truth_table
@@ -32,14 +31,11 @@ def diagnosis_results(job: Job) -> dict[str, Any]:
 
 def left_by_calibration(assumed: Camera, true: Camera) -> list[dict[str, Any]]:
     """State the errors of a calibrated camera as the effects that they are, in the terms of the catalogue."""
-    turn = Rotation.from_matrix(true.R_board_camera @ assumed.R_board_camera.T).as_rotvec()
-    lens = {name: value - assumed.lens.named.get(name, 0.0) for name, value in true.lens.named.items()}
-    left = {
-        "camera_tilt": {"tilt_x_rad": turn[0], "tilt_y_rad": turn[1]},
-        "focal_length": {"scale": true.K[0, 0] / assumed.K[0, 0]},
-        "lens_distortion": lens,
-    }
-    return [{"effect": name, "joint": None, "marker": None, "parameters": values} for name, values in left.items()]
+    return [
+        {"effect": name, "joint": None, "marker": None, "parameters": effect.left_by_calibration(assumed, true)}
+        for name, effect in catalogue().items()
+        if effect.left_by_calibration is not None
+    ]
 
 
 def beside_truth(

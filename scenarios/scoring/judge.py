@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from armtwin.models.catalogue.injection import declared
 from armtwin.models.catalogue.registry import catalogue
-from armtwin.models.kinematics import wrap
 from armtwin.models.statistics import Z95
 
 Table = Mapping[str, Any]
@@ -132,6 +132,7 @@ def _misses(expected: Sequence[Table], causes: Sequence[Table]) -> dict[str, flo
     """Misses of the causes that were named outright at the right place."""
     misses = {}
     for effect in expected:
+        injected = catalogue()[effect["effect"]].injected if effect["effect"] in catalogue() else ()
         for cause in causes:
             if cause["effect"] != effect["effect"] or not _same_site(effect, cause):
                 continue
@@ -140,11 +141,12 @@ def _misses(expected: Sequence[Table], causes: Sequence[Table]) -> dict[str, flo
                 continue  # the same motion stated in another frame has other numbers
             for name, interval in intervals.items():
                 real = true.get(name, interval.get("off"))
-                if interval.get("switch") or real is None or name == "start_side":
+                on_bench = declared(injected, name)
+                if interval.get("switch") or real is None or on_bench is None:
                     continue  # no number, or one that the bench that made the world does not have
                 miss = interval["value"] - real
-                if name == "phase_rad":
-                    miss = float(wrap(np.asarray(miss)))
+                if on_bench.period is not None:
+                    miss -= on_bench.period * round(miss / on_bench.period)
                 misses[f"{effect['effect']}.{name}"] = miss / max(interval["std"], 1e-12)
     return misses
 

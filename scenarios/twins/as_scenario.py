@@ -29,7 +29,10 @@ def scenario_table(twin: Twin, file: str) -> dict[str, Any]:
     """
     drawn = nominal_arm()
     if twin.arm.name != drawn.name or not np.allclose(twin.arm.link_lengths_mm, drawn.link_lengths_mm):
-        raise InputError(f"{file}: a scenario runs the arm '{drawn.name}' as it is drawn; use armtwin simulate")
+        raise InputError(
+            f"{file}: the twin of another arm, '{twin.arm.name}' of {twin.arm.n_joints} joints: the paths of a run "
+            f"are those of '{drawn.name}' as it is drawn; take it through a plan of its own with armtwin simulate"
+        )
     table: dict[str, Any] = {
         "schema": "armtwin.scenario/1",
         "title": f"The twin {file}"[:200],

@@ -192,12 +192,5 @@ def _world(twin: Twin) -> World:
 
 
 def _notes(twin: Twin) -> tuple[str, ...]:
-    names = {effect.effect for effect in twin.effects}
-    notes = []
-    if "thermal_drift" in names:
-        notes.append("thermal_drift is reckoned from a cold start, one pose every 1.5 s")
-    if "missed_command" in names:
-        notes.append("missed_command: which commands will be missed cannot be known, none is reckoned with")
-    if "settling_lag" in names:
-        notes.append("settling_lag: the arm is given the time that it needs")
-    return tuple(notes)
+    known = {effect.effect: effect_named(effect.effect).when_correcting for effect in twin.effects}
+    return tuple(f"{name}: {note}" for name, note in known.items() if note is not None)

@@ -3,8 +3,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armtwin.models.arm import Arm, nominal_arm, read_arm
+from armtwin.models.arm import Arm, arm_from_table, nominal_arm, read_arm
 from armtwin.models.errors import InputError
+from armtwin.models.recordings.writer import arm_table
+from armtwin.models.validation import ArmTable, check
 
 GOOD = """\
 schema = "armtwin.arm/1"
@@ -76,3 +78,41 @@ def test_a_file_that_is_no_toml_is_refused(tmp_path):
 def test_an_arm_file_that_does_not_exist_is_refused(tmp_path):
     with pytest.raises(InputError, match="no such file"):
         read_arm(tmp_path / "none.toml")
+
+
+NAMED = """
+schema = "armtwin.arm/1"
+name = "mine"
+link_lengths_mm = [100.0, 80.0]
+joints = ["shoulder", "elbow"]
+joint_limits_rad = [[-1.0, 1.5], [0.0, 2.0]]
+"""
+
+
+def test_the_joints_of_an_arm_have_names_and_limits_that_a_recording_keeps(tmp_path):
+    path = tmp_path / "arm.toml"
+    path.write_text(NAMED)
+    arm = read_arm(path)
+    assert arm.joint_labels == ("joint 1 (shoulder)", "joint 2 (elbow)")
+    again = arm_from_table(check(ArmTable, arm_table(arm), "recording.json"))
+    assert again.joints == arm.joints
+    np.testing.assert_array_equal(again.joint_limits_rad, [[-1.0, 1.5], [0.0, 2.0]])
+
+
+def test_joints_without_names_are_counted():
+    assert nominal_arm().joint_labels == ("joint 1", "joint 2", "joint 3")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('["shoulder", "elbow"]', '["shoulder"]', "joints needs 2 entries, one a joint, found 1"),
+        ('["shoulder", "elbow"]', '["elbow", "elbow"]', "two of them are called 'elbow'"),
+        ("[0.0, 2.0]]", "[2.0, 0.0]]", "joint_limits_rad of joint 2: found 2 to 0, lowest first is wanted"),
+    ],
+)
+def test_names_and_limits_that_do_not_fit_the_joints_are_refused(tmp_path, old, new, message):
+    path = tmp_path / "arm.toml"
+    path.write_text(NAMED.replace(old, new))
+    with pytest.raises(InputError, match=message):
+        read_arm(path)

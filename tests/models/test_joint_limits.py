@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from armtwin.models.arm import Arm
 from armtwin.models.errors import InputError
 from armtwin.models.joint_limits import JointLimits
 from armtwin.models.plan import Plan
@@ -36,3 +37,12 @@ def test_a_plan_with_too_long_a_step_is_refused():
         InputError, match=r"poses.csv: line 3 .*joint 2 turns 0.4000 rad in one step, 0.3000 is allowed"
     ):
         LIMITS.check_plan(plan_of([[0, 0, 0], [0, 0.4, 0]]), "poses.csv")
+
+
+def test_a_drawings_limits_and_names_are_those_of_its_joints():
+    drawn = np.array([[-1.0, 1.5], [0.0, 2.0]])
+    arm = Arm("mine", np.array([100.0, 80.0]), np.zeros(2), joints=("shoulder", "elbow"), joint_limits_rad=drawn)
+    limits = JointLimits.of_arm(arm, 1.57)
+    limits.check_pose(np.array([1.4, 1.9]), "here")
+    with pytest.raises(InputError, match=r"here: joint 2 \(elbow\) at -0.1000 rad .* outside its limits, 0.0000 to 2"):
+        limits.check_pose(np.array([0.0, -0.1]), "here")

@@ -67,6 +67,36 @@ def test_two_joints_on_one_servo_are_refused(bench_table: dict[str, Any], write_
     assert "found servos [2, 2, 3]" in refusal(write_bench(bench_table))
 
 
+@pytest.mark.parametrize("n_joints", [1, 2, 6])
+def test_an_arm_of_one_to_six_joints_has_a_servo_for_each(
+    bench_table: dict[str, Any], write_bench: Write, tmp_path: Path, n_joints: int
+):
+    arm = {"schema": "armtwin.arm/1", "name": "mine", "link_lengths_mm": [50.0] * n_joints}
+    (tmp_path / "arm.toml").write_text(tomli_w.dumps(arm))
+    joint = {"min_rad": -1.0, "max_rad": 1.0}
+    bench_table |= {"arm": "arm.toml", "joints": [{"servo": i + 1, **joint} for i in range(n_joints)]}
+
+    assert read_bench(write_bench(bench_table)).servo_map.pulses_us(np.zeros(n_joints)).tolist() == [1500.0] * n_joints
+
+
+def test_joints_that_are_not_the_arms_are_refused_with_both_counts(bench_table: dict[str, Any], write_bench: Write):
+    bench_table["joints"].pop()
+
+    message = refusal(write_bench(bench_table))
+
+    assert "arm: the paper's arm, since no arm is named, has 3 joints, 2 tables [[joints]] are there" in message
+
+
+def test_limits_beyond_the_arms_own_are_refused(bench_table: dict[str, Any], write_bench: Write, tmp_path: Path):
+    arm = {"schema": "armtwin.arm/1", "name": "mine", "link_lengths_mm": [50.0], "joint_limits_rad": [[-1.0, 0.5]]}
+    (tmp_path / "arm.toml").write_text(tomli_w.dumps(arm))
+    bench_table |= {"arm": "arm.toml", "joints": [{"servo": 1, "min_rad": -1.0, "max_rad": 1.0}]}
+
+    assert "joint 1: min_rad -1 to max_rad 1 goes beyond the arm file's joint_limits_rad" in refusal(
+        write_bench(bench_table)
+    )
+
+
 def test_rest_pose_outside_the_limits_is_refused(bench_table: dict[str, Any], write_bench: Write):
     bench_table["motion"] = {"rest_rad": [0.0, 1.3, 0.0]}
 

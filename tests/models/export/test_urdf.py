@@ -156,3 +156,12 @@ def test_a_urdf_that_cannot_be_mended_is_refused_in_one_line(
     with pytest.raises(InputError, match=said):
         export_onto_urdf(twin(), own, tmp_path / "mended.urdf")
     assert not (tmp_path / "mended.urdf").exists()
+
+
+def test_names_and_limits_of_the_drawing_stand_in_the_file(tmp_path: Path) -> None:
+    limits = np.array([[-1.0, 1.5], [0.0, 2.0]])
+    arm = Arm("mine", np.array([100.0, 80.0]), np.zeros(2), joints=("shoulder", "elbow"), joint_limits_rad=limits)
+    export_urdf(Twin(arm, Deviation.none(arm), np.zeros(3), None, ()), tmp_path / "mine.urdf")
+    joints = ET.parse(tmp_path / "mine.urdf").getroot().findall("joint[@type='revolute']")
+    found = {joint.get("name"): [float(joint.find("limit").get(key)) for key in ("lower", "upper")] for joint in joints}  # type: ignore[union-attr,arg-type]
+    assert found == {"shoulder": [-1.0, 1.5], "elbow": [0.0, 2.0]}

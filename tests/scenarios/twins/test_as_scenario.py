@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from armtwin.models.arm import nominal_arm, read_arm
+from armtwin.models.arm import Arm, nominal_arm, read_arm
 from armtwin.models.camera_files import nominal_camera
 from armtwin.models.errors import InputError
 from armtwin.models.kinematics import Deviation
@@ -49,3 +49,10 @@ def test_what_a_scenario_cannot_say_is_refused_with_what_to_do(tmp_path: Path) -
 def test_the_arm_of_a_twins_file_is_its_drawing(tmp_path: Path) -> None:
     write_twin(tmp_path / "twin.toml", TWIN)
     np.testing.assert_array_equal(read_arm(tmp_path / "twin.toml").link_lengths_mm, nominal_arm().link_lengths_mm)
+
+
+def test_the_twin_of_another_arm_is_refused_with_its_name_and_the_way_to_run_it(tmp_path: Path) -> None:
+    arm = Arm("plotter", np.array([110.0, 95.0]), np.zeros(2))
+    write_twin(tmp_path / "twin.toml", Twin(arm, Deviation.none(arm), np.zeros(3), None, ()))
+    with pytest.raises(InputError, match=r"the twin of another arm, 'plotter' of 2 joints: .* with armtwin simulate"):
+        read_scenario(str(tmp_path / "twin.toml"))
