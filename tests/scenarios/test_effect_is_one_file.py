@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import shutil
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import armtwin
 import armtwin.models
 from armtwin.calib.diagnosis.diagnosis import diagnose
 from armtwin.models.catalogue import registry
@@ -117,6 +122,46 @@ def test_a_fitted_effect_in_a_file_is_listed_drawn_diagnosed_reported_and_scored
     assert (cause["effect"], cause["joint"]) == ("end_stop", hidden["joint"])
     assert "end_stop" in (found / "report.html").read_text("utf-8")
     assert 'effect = "end_stop"' in (found / "twin.toml").read_text("utf-8")
+
+
+@pytest.fixture
+def house(end_stop: Path, tmp_path: Path) -> Path:
+    """Return a folder with a copy of the package, the effect's file dropped among the others."""
+    package = Path(armtwin.__file__).parent
+    shutil.copytree(package, tmp_path / "house" / "armtwin", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(end_stop, tmp_path / "house" / "armtwin" / "models" / "effects")
+    return tmp_path / "house"
+
+
+def _in(house: Path, *arguments: object) -> str:
+    """Run the copy's armtwin, and return what it printed."""
+    environment = {**os.environ, "PYTHONPATH": str(house), "COLUMNS": "200"}
+    command = [sys.executable, "-m", "armtwin", *map(str, arguments)]
+    finished = subprocess.run(command, cwd=house, env=environment, capture_output=True, text=True, check=False)
+    assert finished.returncode == 0, finished.stderr[-2000:]
+    return finished.stdout
+
+
+def test_a_file_dropped_among_the_effects_is_listed(house: Path) -> None:
+    assert "turns no farther" in _in(house, "effects", "end_stop")
+
+
+@pytest.mark.slow
+def test_a_file_dropped_among_the_effects_is_drawn_injected_diagnosed_reported_and_scored(house: Path) -> None:
+    _in(house, "seal", "--n", 1, "--seed", 1, "--effects", "end_stop", "--out", "sealed", "--jobs", 1)
+    (hidden,) = json.loads((house / "sealed" / "truth.json").read_text())["worlds"]["0000"]["effects"]
+    assert hidden["effect"] == "end_stop"
+
+    _in(house, "score", "sealed", "--jobs", 1)
+    (judged,) = json.loads((house / "sealed" / "score.json").read_text())["judgements"].values()
+    assert judged["said"] == f"end_stop {hidden['joint']}"
+    assert judged["right"]
+
+    _in(house, "diagnose", "sealed/worlds/0000", "--out", "found")
+    (cause,) = json.loads((house / "found" / "diagnosis.json").read_text())["causes"]
+    assert (cause["effect"], cause["joint"]) == ("end_stop", hidden["joint"])
+    assert "end_stop" in (house / "found" / "report.html").read_text("utf-8")
+    assert 'effect = "end_stop"' in (house / "found" / "twin.toml").read_text("utf-8")
 
 
 def test_a_found_effect_in_a_file_is_found_and_repaired_before_what_takes_all_that_is_far_off(tmp_path: Path) -> None:
