@@ -16,9 +16,10 @@ from armtwin.models.camera_files import read_camera
 from armtwin.models.errors import InputError
 from armtwin.scenarios.commands.outputs import only_results
 from armtwin.scenarios.plans import BUILT_IN, load_plan
-from armtwin.scenarios.power.power import Power, label, power, power_table
+from armtwin.scenarios.power.page import power_page
+from armtwin.scenarios.power.power import Power, power, power_table
 from armtwin.scenarios.power.setting import Setting
-from armtwin.scenarios.power.words import about, needed, taken_for
+from armtwin.scenarios.power.words import about, known_to, label, needed, taken_for
 from armtwin.sim.sealed.draw import sealing_of
 
 _FEWEST_POSES = 12
@@ -59,8 +60,9 @@ def power_command(
             progress=lambda done, total: progress.update(bar, completed=done, total=total),
         )
         atomic.write_json(out / "power.json", power_table(result))
+        atomic.write_text(out / "report.html", power_page(Path(plan).stem, result))
     _print(Console(highlight=False), result)
-    typer.echo(f"Written to {out / 'power.json'}")
+    typer.echo(f"Report written to {out / 'report.html'}, power.json beside it")
 
 
 def _setting(plan: str, noise_px: float, arm: Path | None, camera: Path | None, markers: str | None) -> Setting:
@@ -85,13 +87,11 @@ def _print(console: Console, result: Power) -> None:
         title=about(result.setting),
     )
     for one in result.places:
-        name = label(one.effect, one.site.joint, one.site.marker)
+        name = label(one.effect, one.site)
         if one.why_not:
             table.add_row(name, "–", "–", "", one.why_not)
             continue
-        known = max((abs(value) / std for value, std in one.estimates.values() if std > 0 and value), default=0.0)
-        within = f"± {196.0 / known:.0f} %" if known > 0 else ""
-        table.add_row(name, needed(one, 50), needed(one, 90), within, taken_for(one))
+        table.add_row(name, needed(one, 50), needed(one, 90), known_to(one), taken_for(one))
     console.print(table)
     for one, rival in result.inseparable:
-        console.print(f"These poses do not tell {label(one.effect, one.site.joint, one.site.marker)} from {rival}.")
+        console.print(f"These poses do not tell {label(one.effect, one.site)} from {rival}.")

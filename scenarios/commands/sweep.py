@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from armtwin.models import atomic
 from armtwin.models.errors import InputError
 from armtwin.scenarios.commands.outputs import only_results
 
@@ -23,6 +24,10 @@ def sweep_command(
     workers: Annotated[
         int | None, typer.Option("--workers", min=1, max=256, help="Processes here; as many as cores unless given.")
     ] = None,
+    with_power: Annotated[
+        bool,
+        typer.Option("--with-power", help="Hold armtwin power against the cells that have a plan."),
+    ] = False,
     world: Annotated[
         str | None,
         typer.Option("--world", metavar="CELL/TRIAL", help="Only make one world again, as a recording with its truth."),
@@ -39,6 +44,9 @@ def sweep_command(
     except ModuleNotFoundError as error:
         raise InputError(f"armtwin sweep: {error.name} is not installed; pip install 'armtwin[sweep]'") from None
     from armtwin.scenarios.sweeps.again import make_again
+    from armtwin.scenarios.sweeps.comparison import hold
+    from armtwin.scenarios.sweeps.page import sweep_page
+    from armtwin.scenarios.sweeps.summary import sizes_table, summaries
     from armtwin.scenarios.sweeps.table import read_sweep
 
     table = read_sweep(sweep)
@@ -60,4 +68,11 @@ def sweep_command(
             progress=lambda count, most: progress.update(bar, completed=count, total=most),
             begun=lambda page: progress.console.print(f"What runs where: {page}", markup=False),
         )
-    typer.echo(f"{len(done.rows)} worlds in {out / 'results.parquet'}")
+        cells = summaries(done.placings.values(), done.rows, table.trials)
+        atomic.write_json(out / "sizes.json", sizes_table(cells, done.rows))
+        bar = progress.add_task("power", total=None, visible=with_power)
+        held = (
+            hold(cells, workers or 2, lambda k, of: progress.update(bar, completed=k, total=of)) if with_power else []
+        )
+        atomic.write_text(out / "report.html", sweep_page(f"Sweep {sweep.stem}", cells, held, done.rows))
+    typer.echo(f"{len(done.rows)} worlds in {out / 'results.parquet'}; report written to {out / 'report.html'}")

@@ -12,9 +12,10 @@ from armtwin.calib.diagnosis.ties import _SMALL_SHARE
 from armtwin.models.catalogue.site import Site
 from armtwin.scenarios.power.place import PlacePower, crossing, power_at
 from armtwin.scenarios.power.setting import Setting
+from armtwin.scenarios.power.words import label
 from armtwin.scenarios.scoring.pool import in_processes
 from armtwin.sim.sealed import Wanted, sealed_effects
-from armtwin.sim.sealed.of_size import draw_at, place_name
+from armtwin.sim.sealed.of_size import draw_at
 
 SCHEMA = "armtwin.power/1"
 FORMS = 3
@@ -47,7 +48,12 @@ class Power:
     @property
     def inseparable(self) -> tuple[tuple[PlacePower, str], ...]:
         """Pairs that no size of the fault tells apart: what does is too small a share of what either explains."""
-        return tuple((one, label(*key)) for one in self.places for key, share, _ in one.rivals if share < _SMALL_SHARE)
+        return tuple(
+            (one, label(key[0], Site(*key[1:])))
+            for one in self.places
+            for key, share, _ in one.rivals
+            if share < _SMALL_SHARE
+        )
 
 
 def power(
@@ -99,12 +105,6 @@ def over_places(places: Sequence[PlacePower], share: float) -> float | None:
     return crossing(sizes, found, share)
 
 
-def label(effect: str, joint: int | None, marker: str | None) -> str:
-    """An effect and its place for people."""
-    place = place_name(Site(joint, marker))
-    return effect if place == "whole" else f"{effect}, {place}"
-
-
 def power_table(result: Power) -> dict[str, Any]:
     """Return the content of `power.json`."""
     setting = result.setting
@@ -114,9 +114,7 @@ def power_table(result: Power) -> dict[str, Any]:
         "noise_px": setting.noise_px,
         "markers": list(setting.markers),
         "places": [_place_table(one) for one in result.places],
-        "inseparable": [
-            [label(one.effect, one.site.joint, one.site.marker), rival] for one, rival in result.inseparable
-        ],
+        "inseparable": [[label(one.effect, one.site), rival] for one, rival in result.inseparable],
     }
 
 
@@ -134,7 +132,8 @@ def _place_table(one: PlacePower) -> dict[str, Any]:
         "estimates": {name: {"value": value, "std": std} for name, (value, std) in one.estimates.items()},
         "taken_for_at_half": one.taken_for,
         "rivals": [
-            {"rival": label(*key), "share_apart": share, "deviance_apart": apart} for key, share, apart in one.rivals
+            {"rival": label(key[0], Site(*key[1:])), "share_apart": share, "deviance_apart": apart}
+            for key, share, apart in one.rivals
         ],
         "curve": {"size": one.sizes, "found": one.found, "low": one.low, "high": one.high},
     }

@@ -3,13 +3,46 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
+from armtwin.models.catalogue.site import Site
+from armtwin.models.statistics import Z95
 from armtwin.scenarios.power.place import PlacePower
 from armtwin.scenarios.power.setting import Setting
+from armtwin.sim.sealed.of_size import place_name
+
+Array = NDArray[np.float64]
 
 # Answers that are told of a fault that is too small.
 _TOLD = 2
 _LEAST_TOLD = 0.1
+
+
+def label(effect: str, site: Site) -> str:
+    """An effect and its place for people."""
+    place = place_name(site)
+    return effect if place == "whole" else f"{effect}, {place}"
+
+
+def shown_size(size: Array, unit: str) -> Array:
+    """Return sizes as people read them: angles in degrees."""
+    return np.degrees(size) if unit == "rad" else np.asarray(size)
+
+
+def unit_words(unit: str) -> str:
+    """Return the unit that goes with `shown_size`."""
+    return "degrees" if unit == "rad" else unit
+
+
+def axis(unit: str) -> str:
+    """Return the title of an axis of sizes."""
+    return f"size, {unit_words(unit)}" if unit else "size, as a share"
+
+
+def known_to(one: PlacePower) -> str:
+    """Say to how many percent, as an interval of 95 %, the best known parameter of a fault is then known."""
+    known = max((abs(value) / std for value, std in one.estimates.values() if std > 0 and value), default=0.0)
+    return f"± {100.0 * Z95 / known:.0f} %" if known > 0 else "–"
 
 
 def about(setting: Setting) -> str:

@@ -17,6 +17,15 @@ from armtwin.scenarios.sweeps.journal import code_digest
 # What a worker of this machine may take: about twice what one was measured to (docs/explanation/sweeps.md).
 WORKER_MEMORY = "400MiB"
 _CONNECT_S = 20.0
+# A worker holds one world at a time and nothing that could be put aside, so that a pause would last for ever; one that
+# grows beyond its limit is started anew.
+_SETTINGS = {
+    "distributed.scheduler.allowed-failures": 3,
+    "distributed.comm.timeouts.connect": "10s",
+    "distributed.worker.memory.target": False,
+    "distributed.worker.memory.spill": False,
+    "distributed.worker.memory.pause": False,
+}
 
 
 def cores() -> int:
@@ -30,7 +39,7 @@ def cluster(address: str | None, workers: int | None) -> Iterator[Client]:
 
     Raises `InputError` for an address that nobody answers at, or whose workers run other code.
     """
-    dask.config.set({"distributed.scheduler.allowed-failures": 3, "distributed.comm.timeouts.connect": "10s"})
+    dask.config.set(_SETTINGS)
     for name in ("distributed", "distributed.worker", "distributed.nanny", "distributed.scheduler", "bokeh", "tornado"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
     if address is not None:

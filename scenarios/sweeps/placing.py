@@ -16,7 +16,7 @@ from armtwin.scenarios.sweeps.curve import Curve
 from armtwin.scenarios.sweeps.table import Cell, SweepTable
 from armtwin.scenarios.sweeps.trial import Row, Trial, plan_of_cell
 from armtwin.sim.sealed import Wanted, bench_of
-from armtwin.sim.sealed.of_size import draw_at, is_event, is_fixed
+from armtwin.sim.sealed.of_size import draw_at, is_event, is_fixed, unit_of
 
 # The first round is a ladder over three decades up to the largest size that is hidden; later ones are small.
 _DECADES = 3.0
@@ -89,6 +89,15 @@ def are_fixed(effects: tuple[str, ...]) -> bool:
     """Whether effects come in one size alone."""
     _, scene = bench_of(np.random.default_rng(0), effects, n_poses=_FEW_POSES)
     return all(is_fixed(name, scene) for name in effects)
+
+
+@cache
+def unit_of_size(effects: tuple[str, ...]) -> str:
+    """Return the unit of a cell's sizes."""
+    if len(effects) > 1:
+        return "times usual"
+    _, scene = bench_of(np.random.default_rng(0), effects, n_poses=_FEW_POSES)
+    return unit_of(draw_at(np.random.default_rng(0), scene, Wanted(effects[0], 1.0)))
 
 
 @cache

@@ -18,7 +18,6 @@ from armtwin.models.recordings.recording import Recording
 from armtwin.scenarios.plans import load_plan
 from armtwin.scenarios.scoring.judge import Judgement, judge, label, name_said
 from armtwin.scenarios.scoring.outcome import outcome_of
-from armtwin.scenarios.scoring.sealing import filmed
 from armtwin.scenarios.sweeps.table import DRAWN, Cell, place_of
 from armtwin.sim.sealed import Sealed, Wanted, draw_of_size
 
@@ -141,4 +140,6 @@ def _answer(sealed: Sealed, outcome: Row, judged: Judgement) -> Row:
 
 
 def _measured(folder: Path, sealed: Sealed, rng: np.random.Generator) -> Recording:
+    from armtwin.scenarios.scoring.sealing import filmed  # brings the renderer along, which few sweeps need
+
     return filmed(folder, sealed.recording, sealed.world, rng)
