@@ -70,14 +70,19 @@ def model_arm(name: str, path: Path, joints: tuple[str, ...]) -> MotionArm:
         text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{path.name}: cannot be read ({error})") from None
+    return arm_of_text(name, text, path.name, joints)
+
+
+def arm_of_text(name: str, text: str, file: str, joints: tuple[str, ...]) -> MotionArm:
+    """Return the arm of an MJCF or URDF text, as `model_arm` does; messages name `file`."""
 
     def build() -> mujoco.MjSpec:
-        return _freed(_from_text(text, path.name), joints)
+        return _freed(_from_text(text, file), joints)
 
-    known = [joint.name for joint in _from_text(text, path.name).joints]
+    known = [joint.name for joint in _from_text(text, file).joints]
     for joint in joints:
         if joint not in known:
-            raise InputError(f"{path.name}: has no joint '{joint}'{nearest(joint, known)}")
+            raise InputError(f"{file}: has no joint '{joint}'{nearest(joint, known)}")
     return MotionArm(name, joints, _body_of(build(), joints[-1]), build)
 
 

@@ -8,13 +8,15 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 from rich.progress import Progress
-from rich.table import Table
 
 from armtwin.models import atomic
 from armtwin.models.errors import JobError
 from armtwin.scenarios.commands.own_effects import OwnEffects, register_own
+from armtwin.scenarios.commands.score_logs import score_logs
+from armtwin.scenarios.commands.score_tables import print_confusion, print_rates
 from armtwin.scenarios.scoring.judge import Judgement, label
 from armtwin.scenarios.scoring.scoring import Score, score, score_table
+from armtwin.scenarios.scoring.sealing import is_moving
 
 _CONSIDERED = 3
 
@@ -32,6 +34,9 @@ def score_command(
     Example: armtwin score out/sealed --jobs 2
     """
     register_own(effects)
+    if is_moving(folder):
+        score_logs(folder, jobs)
+        return
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         bar = progress.add_task("diagnosing worlds", total=None)
@@ -45,16 +50,10 @@ def score_command(
 
 
 def _print(console: Console, result: Score, table: dict[str, Any]) -> None:
-    _print_confusion(console, table["confusion"])
+    print_confusion(console, table["confusion"])
     _print_failures(console, result)
     _print_coverage(console, result, table)
-    _print_rates(console, table)
-
-
-def _print_confusion(console: Console, confusion: dict[str, dict[str, int]]) -> None:
-    console.print("What is hidden, and what was said (a|b: a tie)", style="bold")
-    for true, said in confusion.items():
-        console.print(f"  {true:24s} " + ", ".join(f"{name} {count}" for name, count in said.items()), markup=False)
+    print_rates(console, table)
 
 
 def _print_failures(console: Console, result: Score) -> None:
@@ -110,22 +109,3 @@ def _print_coverage(console: Console, result: Score, table: dict[str, Any]) -> N
             console.print(f"  {name} {inside}/{total}: {where}", markup=False)
     inside, total = table["geometry_coverage"]
     console.print(f"  geometry of rightly answered worlds: {inside}/{total}")
-
-
-def _print_rates(console: Console, table: dict[str, Any]) -> None:
-    out = Table("", "share", "count", "wanted", "met", title=f"{table['worlds']} sealed worlds")
-    for rate in table["rates"].values():
-        wanted = " and ".join(
-            [f">= {rate['least']:.0%}"] * (rate["least"] > 0) + [f"<= {rate['most']:.0%}"] * (rate["most"] < 1)
-        )
-        share = "-" if rate["share"] is None else f"{rate['share']:.1%}"
-        met = "" if rate["met"] is None or not wanted else "yes" if rate["met"] else "NO"
-        out.add_row(rate["title"], share, f"{rate['hits']}/{rate['of']}", wanted, met)
-    console.print(out)
-    figures = {k: "-" if v is None else f"{v:.3f}" for k, v in table["held_out_over_floor"].items()}
-    console.print(
-        f"held-out error over the noise floor, named worlds: median {figures['median']} (wanted <= 1.1), "
-        f"90 % {figures['p90']}, pooled {figures['pooled']}; by medians {figures['median_of_medians']}"
-    )
-    seconds = {k: "-" if v is None else f"{v:.1f}" for k, v in table["seconds"].items()}
-    console.print(f"CPU seconds a world: median {seconds['median']}, 90 % {seconds['p90']}, most {seconds['most']}")

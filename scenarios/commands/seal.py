@@ -35,6 +35,9 @@ def seal_command(
         Path | None,
         typer.Option("--uncatalogued", help="Python file of faults that no effect describes (it is run), for a sixth."),
     ] = None,
+    moving: Annotated[
+        bool, typer.Option("--moving", help="Logs of a moving arm, with effects in time, for a sixth unknown ones.")
+    ] = False,
     jobs: Annotated[int, typer.Option("--jobs", min=1, max=64, help="Processes at a time.")] = 2,
 ) -> None:
     """Make recordings of the simulated arm with effects hidden in them, for the diagnosis (or a student) to find.
@@ -45,6 +48,11 @@ def seal_command(
     """
     if uncatalogued is not None and not uncatalogued.is_file():
         raise InputError(f"--uncatalogued: no Python file '{uncatalogued}'")
+    if moving and (frames or pairs or uncatalogued is not None):
+        raise InputError(
+            "--moving: its sets hold pairs, fours and unknown faults already, and angles instead of pictures; "
+            "leave --frames, --pairs and --uncatalogued out"
+        )
     check_out_folder(out)
     options = SealOptions(
         n=n,
@@ -53,6 +61,7 @@ def seal_command(
         effects=_names(effects),
         pairs=pairs,
         uncatalogued=None if uncatalogued is None else str(uncatalogued.resolve()),
+        moving=moving,
     )
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:

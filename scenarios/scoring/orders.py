@@ -19,7 +19,7 @@ from armtwin.models.errors import InputError, nearest, shown
 from armtwin.models.validation import FROM_LIST, Strict
 from armtwin.sim.sealed import STRENGTHS, Sealed, Strength, sealed_effects
 
-Kind = Literal["null", "single", "pair", "uncatalogued"]
+Kind = Literal["null", "single", "pair", "quad", "uncatalogued"]
 
 # Shares of a mixed set.
 _NULL_SHARE = 0.1
@@ -36,6 +36,7 @@ class SealOptions(Strict):
     effects: Annotated[tuple[str, ...], FROM_LIST] = ()
     pairs: bool = False
     uncatalogued: str | None = None
+    moving: bool = False
 
 
 class Order(Strict):

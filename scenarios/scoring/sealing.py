@@ -21,6 +21,8 @@ from armtwin.models.recordings.recording import Recording
 from armtwin.models.recordings.writer import write_recording
 from armtwin.models.validation import Finite, Positive, check
 from armtwin.models.world import World
+from armtwin.scenarios.scoring.moving_orders import moving_orders
+from armtwin.scenarios.scoring.moving_sealing import LogTruth, make_log
 from armtwin.scenarios.scoring.orders import Kind, Order, SealOptions, load_uncatalogued, orders
 from armtwin.scenarios.scoring.pool import in_processes
 from armtwin.sim.bench import SimulatedBench
@@ -72,7 +74,7 @@ def seal(out: Path, options: SealOptions, jobs: int) -> Iterator[int]:
 
     Raises `InputError` where `out` holds another set, or another process is at work there.
     """
-    wanted = orders(options)
+    wanted = moving_orders(options) if options.moving else orders(options)
     out.mkdir(parents=True, exist_ok=True)
     with only_writer(out):
         made = _begin(out, options)
@@ -88,6 +90,8 @@ def seal(out: Path, options: SealOptions, jobs: int) -> Iterator[int]:
 def make_world(task: Task) -> dict[str, Any]:
     """Make one world, write its recording and return the truth about it."""
     rng = np.random.default_rng(np.random.SeedSequence(task.options.seed, spawn_key=(1, task.index)))
+    if task.options.moving:
+        return make_log(world_folder(task.out, task.index), task.order, rng)
     sealed = _drawn(task, rng)
     truth = {"kind": task.order.kind, **sealed.truth}
     with atomic.folder_aside(world_folder(task.out, task.index)) as folder:
@@ -177,6 +181,12 @@ def read_truth(out: Path) -> dict[str, Any]:
     return table
 
 
+def is_moving(out: Path) -> bool:
+    """Whether a set holds logs of moving arms; raises `InputError`."""
+    options = _read_table(out).get("options")
+    return isinstance(options, dict) and options.get("moving") is True
+
+
 def _read_table(out: Path) -> dict[str, Any]:
     path = out / "truth.json"
     if not path.is_file():
@@ -187,8 +197,10 @@ def _read_table(out: Path) -> dict[str, Any]:
         raise InputError(f"{path}: not JSON ({error})") from None
     if not isinstance(table, dict) or table.get("schema") != SCHEMA or not isinstance(table.get("worlds"), dict):
         raise InputError(f"{path}: key 'schema' is wanted as {SCHEMA}, with 'options' and 'worlds'")
+    options = table.get("options")
+    moving = isinstance(options, dict) and options.get("moving") is True
     for name, world in table["worlds"].items():  # the names are those of folders
         if not (name.isascii() and name.isdecimal() and len(name) <= _MOST_DIGITS):
             raise InputError(f"{path}: worlds: found {name[:40]!r}, a number such as 0007 is wanted")
-        check(_WorldTruth, world, f"{path}: worlds.{name}")
+        check(LogTruth if moving else _WorldTruth, world, f"{path}: worlds.{name}")
     return table
