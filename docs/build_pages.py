@@ -5,6 +5,7 @@ python docs/build_pages.py && mkdocs build
 
 from __future__ import annotations
 
+import ast
 import inspect
 import re
 import shutil
@@ -23,6 +24,7 @@ from armtwin.models.plan import paper_plan
 from armtwin.models.twin import Twin, TwinEffect, rebuild
 from armtwin.scenarios.cli import COMMANDS, build_app
 from armtwin.scenarios.diagnosis.pipeline import report_on, write_report
+from armtwin.scenarios.labs.shelf import INSTRUCTOR, LABS
 from armtwin.scenarios.twins.simulation import simulate
 from armtwin.sim.bench import SimulatedBench
 
@@ -45,6 +47,7 @@ def main() -> None:
     for page, guide in GUIDES.items():
         _copy_guide(ROOT / guide, OUT / page)
     pages = {"effects.md": as_markdown(reference()), "commands.md": commands_page(), "python.md": python_page()}
+    (OUT / "labs" / "solutions.md").write_text(solutions_page(), "utf-8")
     for name, text in pages.items():
         (OUT / "reference").mkdir(exist_ok=True)
         (OUT / "reference" / name).write_text(text, "utf-8")
@@ -56,9 +59,30 @@ def commands_page() -> str:
     parts = ["# Commands", "", "Exit code 0: done; 1: the job failed; 2: the input is wrong, and one line says where."]
     runner = CliRunner()
     for name in COMMANDS:
-        help_text = runner.invoke(build_app(name), [name, "--help"], env={"COLUMNS": "100", "TERM": "dumb"}).output
-        parts += ["", f"## armtwin {name}", "", "```text", help_text.strip("\n"), "```"]
+        app = build_app(name)
+        family = [str(one.name) for group in app.registered_groups for one in group.typer_instance.registered_commands]
+        for words in [[name], *([name, member] for member in family)]:
+            help_text = runner.invoke(app, [*words, "--help"], env={"COLUMNS": "100", "TERM": "dumb"}).output
+            parts += ["", f"## armtwin {' '.join(words)}", "", "```text", help_text.strip("\n"), "```"]
     return "\n".join(parts) + "\n"
+
+
+def solutions_page() -> str:
+    """Return what the instructor reads of each lab: goals, time, stumbling blocks, and the solution's code."""
+    parts = ["# Labs: goals and solutions", "", "For instructors. Nothing here is in what `armtwin lab open` opens."]
+    for lab in LABS:
+        module = ast.parse((INSTRUCTOR / f"lab_{lab.number}.py").read_text("utf-8"))
+        prose = ast.get_docstring(module) or ""
+        title, _, rest = prose.partition("\n\n")
+        wanted = [node for node in module.body if isinstance(node, ast.FunctionDef | ast.Assign | ast.AnnAssign)]
+        code = "\n\n\n".join(ast.unparse(node) for node in wanted if not _is_mistakes(node))
+        parts += ["", f"## {title.rstrip('.')}", "", rest, "", '??? note "Solution"', ""]
+        parts += [f"    {line}".rstrip() for line in ("```python", *code.splitlines(), "```")]
+    return "\n".join(parts) + "\n"
+
+
+def _is_mistakes(node: ast.stmt) -> bool:
+    return isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name) and node.target.id == "WRONG"
 
 
 def python_page() -> str:

@@ -59,8 +59,9 @@ class ClassApp:
         robots = dict.fromkeys(student.robot for student in course.group.students)
         self.seats = {robot: Seat(course, robot, self._thread, slots) for robot in robots}
         self._students = {student.id: student for student in course.group.students}
+        self._drawing = ThreadPoolExecutor(2, thread_name_prefix="drawing")
         self._apps: dict[str, tuple[int, ASGIApp]] = {}
-        self._building = threading.Lock()
+        self._building = {student.id: threading.Lock() for student in course.group.students}
         self._ended = threading.Event()
         self._lobby = _lobby(hosts)
         self._front = self._build_front()
@@ -76,7 +77,9 @@ class ClassApp:
         student = self._students.get(words[2])
         app = self._lobby
         if guard.allows(Request(inner)) and student is not None:
-            app = await asyncio.to_thread(self._app_of, student)
+            ready, loop = self._ready(student), asyncio.get_running_loop()
+            # Drawn by threads of their own: who has his robot does not wait for others'.
+            app = await loop.run_in_executor(self._drawing, self._app_of, student) if ready is None else ready
         await app(inner, receive, send)
 
     def prepare(self) -> None:
@@ -85,9 +88,14 @@ class ClassApp:
             if not self._ended.is_set():
                 self._app_of(student)
 
+    def _ready(self, student: Student) -> ASGIApp | None:
+        """Return the application of a student whose robot is drawn."""
+        attempt, app = self._apps.get(student.id, (0, None))
+        return app if attempt == self.seats[student.robot].attempt else None
+
     def _app_of(self, student: Student) -> ASGIApp:
         seat = self.seats[student.robot]
-        with self._building:
+        with self._building[student.id]:
             attempt = seat.attempt
             if student.id not in self._apps or self._apps[student.id][0] != attempt:
                 visit = seat.visit()
@@ -101,6 +109,7 @@ class ClassApp:
         self._ended.set()
         for seat in self.seats.values():
             seat.close()
+        self._drawing.shutdown(cancel_futures=True)
         self._thread.shutdown()
 
     def _build_front(self) -> FastAPI:

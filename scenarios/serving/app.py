@@ -298,7 +298,7 @@ def _add_jobs(app: FastAPI, visit: Visit) -> None:
     @app.get("/api/recording.zip")
     async def download() -> Response:
         """Return the present recording, its pictures left out where it would be large."""
-        folder = await _on_bench(visit, live.recording_folder)
+        folder = await asyncio.wrap_future(visit.submit(live.recording_folder))
         data = await asyncio.to_thread(_zipped, folder)
         name = f"{folder.name}.zip"
         return Response(
@@ -326,7 +326,8 @@ def _add_jobs(app: FastAPI, visit: Visit) -> None:
 
 
 async def _on_bench(visit: Visit, call: Callable[[], Any]) -> Any:
-    return await asyncio.wrap_future(visit.submit(call))
+    with visit.lease.at_work():
+        return await asyncio.wrap_future(visit.submit(call))
 
 
 async def _newer(visit: Visit, after: int) -> Shot | None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import secrets
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from armtwin.models.errors import JobError
 
@@ -24,11 +25,12 @@ class MoverLease:
         self._now = now
         self._key: str | None = None
         self._heard_s = 0.0
+        self._calls = 0
 
     @property
     def held(self) -> bool:
         """Whether somebody holds it and was heard of late."""
-        return self._key is not None and self._now() - self._heard_s <= self._silence_s
+        return self._key is not None and (self._calls > 0 or self._now() - self._heard_s <= self._silence_s)
 
     @property
     def lapsed(self) -> bool:
@@ -54,6 +56,16 @@ class MoverLease:
         """Raise `LeaseError` unless `key` is the holder's."""
         if not self.hear(key):
             raise LeaseError("this needs the arm, which you do not hold (any more); take it first")
+
+    @contextmanager
+    def at_work(self) -> Iterator[None]:
+        """While a call of the holder's is done he is not silent, however long he waits for his turn."""
+        self._calls += 1
+        try:
+            yield
+        finally:
+            self._calls -= 1
+            self._heard_s = self._now()
 
     def end(self) -> None:
         """Let the next one take it."""

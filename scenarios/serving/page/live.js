@@ -176,10 +176,10 @@ function showMisses() {
   const sized = misses.filter(one => one.worst_mm !== null), seen = misses.filter(one => one.miss_mm);
   const rms = Math.sqrt(sized.reduce((sum, one) => sum + one.worst_mm ** 2, 0) / Math.max(sized.length, 1));
   $("misses-text").textContent = misses.length
-    ? `${misses.length} poses recorded; the twin of the time missed the worst marker by ${rms.toFixed(2)} mm RMS. A good picture's noise alone is about 0.01 mm.`
+    ? `${misses.length} ${misses.length === 1 ? "pose" : "poses"} recorded; the twin of the time missed the worst marker by ${rms.toFixed(2)} mm RMS. A good picture's noise alone is about 0.01 mm.`
     : "Nothing is recorded yet: run a trajectory.";
   const enlarged = arrows($("arrows"), seen.map(one => ({ x: one.tip_mm[0], y: one.tip_mm[1], dx: one.miss_mm[0], dy: one.miss_mm[1], colour: TWIN[one.twin] })), colours);
-  $("arrows-caption").textContent = seen.length ? `tip: from twin to measurement, ${enlarged.toFixed(0)} times enlarged` : "";
+  $("arrows-caption").textContent = seen.length ? `tip: from twin to measurement, drawn ${Number(enlarged.toPrecision(2))} times as long` : "";
   scatter($("order"), sized.map((_, k) => k), sized.map(one => one.worst_mm), sized.map(one => TWIN[one.twin]));
   showDirections(sized);
 }
@@ -230,6 +230,7 @@ async function start() {
     return;
   }
   $("title").textContent = `· ${info.title} (${info.kind})`;
+  $("truth-key").hidden = info.kind !== "simulated";
   buildJoints();
   for (const [name, poses] of Object.entries(info.plans)) $("plans").append(button(`${name.replaceAll("_", " ")} (${poses})`, run({ name })));
   $("plans").append(button("all of them", run({ name: "all" })));

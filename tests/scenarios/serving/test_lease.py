@@ -36,6 +36,17 @@ def test_a_mover_who_is_heard_keeps_the_arm_and_one_who_falls_silent_loses_it() 
     assert lease.take() != key
 
 
+def test_a_mover_who_waits_for_his_turn_is_not_silent() -> None:
+    clock = Clock()
+    lease = MoverLease(silence_s=15.0, now=clock)
+    key = lease.take()
+    with lease.at_work():
+        clock.now = 100.0
+        assert not lease.lapsed
+    clock.now = 110.0
+    assert lease.hear(key)
+
+
 def test_an_arm_that_was_given_back_is_free() -> None:
     lease = MoverLease()
     lease.take()
