@@ -16,16 +16,14 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from armtwin.models.motion_world import HARD_SOLIMP, HARD_SOLREF, Disturbance, Motion, MotionWorld, Wire
-from armtwin.sim.motion.drive import STIFFNESS_NM_RAD, DriveBank
+from armtwin.models.motion_world import Disturbance, Motion, MotionWorld, Wire
+from armtwin.sim.motion.drive import DriveBank
+from armtwin.sim.motion.model import LONGEST_STEP_S, compiled
 
 Array = NDArray[np.float64]
 
-LONGEST_STEP_S = 0.001
 # Commands that come nearer than this after one another come at once: at full speed a joint turns 0.06 mrad meanwhile.
 _AT_ONCE_S = 1e-5
-# Dry friction of MuJoCo creeps: by 0.1 mrad/s where half of it would hold. So much of that is left.
-_CREEP = 0.01
 # Loads change slowly: at 6 rad/s a joint turns 0.02 rad meanwhile.
 _STEPS_OF_A_LOAD = 4
 # After this the arm stands still wherever the last command has sent it, so that a longer wait need not be simulated.
@@ -72,7 +70,8 @@ class MotionRun:
         self.world = world
         n = world.arm.n_joints
         self._bank = DriveBank(world.drives, world.servo.stiffness_nm_rad)
-        self.model, self.data = _compiled(world, self._bank.has_friction)
+        self.model = compiled(world, self._bank.has_friction)
+        self.data = mujoco.MjData(self.model)
         joints = [self.model.joint(name) for name in world.arm.joints]
         self._qpos = np.array([int(joint.qposadr[0]) for joint in joints])
         self._dofs = np.array([int(joint.dofadr[0]) for joint in joints])
@@ -212,30 +211,3 @@ def wired(world: MotionWorld, time_s: Array, q_cmd: Array) -> list[Wire]:
     for stage in world.wiring:
         wires = stage(wires)
     return wires
-
-
-def _compiled(world: MotionWorld, friction: bool) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    spec = world.arm.build()
-    spec.option.integrator = mujoco.mjtIntegrator.mjINT_EULER
-    spec.option.disableflags = int(spec.option.disableflags) | int(mujoco.mjtDisableBit.mjDSBL_EULERDAMP)
-    spec.option.timestep = LONGEST_STEP_S
-    for name in world.arm.joints:
-        joint = spec.joint(name)
-        joint.armature = STIFFNESS_NM_RAD * world.servo.loop_time_s * LONGEST_STEP_S
-        if friction:
-            joint.frictionloss = 1.0  # so that it has a place in the model; its size is set at every step
-            joint.solref_friction = HARD_SOLREF
-            joint.solimp_friction = HARD_SOLIMP
-        actuator = spec.add_actuator(
-            name=f"drive_{name}",
-            target=name,
-            trntype=mujoco.mjtTrn.mjTRN_JOINT,
-            forcelimited=True,
-            forcerange=[-1.0, 1.0],
-        )
-        actuator.set_to_position(kp=STIFFNESS_NM_RAD)
-    for mechanism in world.mechanics:
-        mechanism(spec, STIFFNESS_NM_RAD)
-    model = spec.compile()
-    model.dof_invweight0[:] *= _CREEP  # by which MuJoCo judges how soft a constraint may be
-    return model, mujoco.MjData(model)
