@@ -14,10 +14,12 @@ from armtwin.models import atomic
 from armtwin.models.arm import nominal_arm, read_arm
 from armtwin.models.camera_files import read_camera
 from armtwin.models.errors import InputError
+from armtwin.models.plan import write_plan
 from armtwin.scenarios.commands.outputs import only_results
 from armtwin.scenarios.plans import BUILT_IN, load_plan
 from armtwin.scenarios.power.page import power_page
 from armtwin.scenarios.power.power import Power, power, power_table
+from armtwin.scenarios.power.proposal import design_section, design_table, propose, told
 from armtwin.scenarios.power.setting import Setting
 from armtwin.scenarios.power.words import about, known_to, label, needed, taken_for
 from armtwin.sim.sealed.draw import sealing_of
@@ -38,6 +40,13 @@ def power_command(
     markers: Annotated[str | None, typer.Option("--markers", help="Letters of those looked for, as abcf.")] = None,
     effects: Annotated[str | None, typer.Option("--effects", help="Only these effects, separated by commas.")] = None,
     moving: Annotated[bool, typer.Option("--moving", help="A moving recording; not yet answered.")] = False,
+    design: Annotated[
+        int | None, typer.Option("--design", min=12, max=2000, help="Propose so many poses that show every fault best.")
+    ] = None,
+    add: Annotated[bool, typer.Option("--add", help="Add the proposed poses to PLAN instead of replacing it.")] = False,
+    goal: Annotated[
+        str | None, typer.Option("--goal", metavar="PATH.csv", help="Poses where the tip's error is to be small, too.")
+    ] = None,
     jobs: Annotated[int, typer.Option("--jobs", min=1, max=64, help="Processes at a time.")] = 2,
 ) -> None:
     """Say of every fault how large it must be to be found in 90 of 100 recordings of PLAN, and what else it may seem.
@@ -46,7 +55,10 @@ def power_command(
     """
     if moving:
         raise InputError("--moving: only settled recordings are answered yet; leave --moving out")
+    if design is None and (add or goal is not None):
+        raise InputError("--add and --goal say how poses are proposed: give --design N with them")
     setting = _setting(plan, noise_px, arm, camera, markers)
+    path = None if goal is None else load_plan(goal, setting.drawing).q_cmd
     chosen = [name.strip() for name in effects.split(",")] if effects else []
     for name in chosen:
         sealing_of(name)
@@ -60,8 +72,19 @@ def power_command(
             progress=lambda done, total: progress.update(bar, completed=done, total=total),
         )
         atomic.write_json(out / "power.json", power_table(result))
-        atomic.write_text(out / "report.html", power_page(Path(plan).stem, result))
+        proposed = None
+        if design is not None:
+            bar = progress.add_task("poses", total=None)
+            proposed = propose(
+                result, design, path, add=add, progress=lambda k, of: progress.update(bar, completed=k, total=of)
+            )
+            write_plan(out / "design.csv", proposed.plan)
+            atomic.write_json(out / "design.json", design_table(proposed))
+        sections = () if proposed is None else (design_section(proposed, setting),)
+        atomic.write_text(out / "report.html", power_page(Path(plan).stem, result, *sections))
     _print(Console(highlight=False), result)
+    if proposed is not None:
+        typer.echo(f"{told(proposed, setting)} They stand in {out / 'design.csv'}.")
     typer.echo(f"Report written to {out / 'report.html'}, power.json beside it")
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from armtwin.calib.diagnosis.fit import Data
 from armtwin.calib.diagnosis.holdout import held_out_rows
 from armtwin.calib.diagnosis.problem import problem_of
-from armtwin.models.arm import Arm
+from armtwin.models.arm import Arm, nominal_arm
 from armtwin.models.camera import Camera
 from armtwin.models.plan import Plan
 from armtwin.models.recordings.recording import Recording, make_samples
@@ -30,6 +30,11 @@ class Setting:
     arm: Arm | None = None
     camera: Camera | None = None
     held_out: tuple[str, ...] = ()
+
+    @property
+    def drawing(self) -> Arm:
+        """The arm as it is drawn."""
+        return nominal_arm() if self.arm is None else self.arm
 
     def bench(self, rng: np.random.Generator, effect: str) -> tuple[World, Scene]:
         """Draw an arm as it might have been built, with gravity in its plane where the effect needs it."""

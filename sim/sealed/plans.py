@@ -111,8 +111,15 @@ def _grid(rng: Generator, arm: Arm, n: int) -> Array:
     return _reach(arm, np.array(poses[:n]))
 
 
+def joint_ranges(arm: Arm) -> Array:
+    """(n, 2) lowest and highest angle of each joint, rad: the drawing's, or what the nominal webcam sees."""
+    if arm.joint_limits_rad is not None:
+        return arm.joint_limits_rad
+    return _ranges(arm)
+
+
 def _ranges(arm: Arm) -> Array:
-    """(n, 2) lowest and highest angle of each joint, rad."""
+    """(n, 2) joint ranges from which plans are drawn."""
     return _PAPER_RANGE_RAD if arm.form.zero_is_drawn else np.tile(_RANGE_RAD, (arm.n_joints, 1))
 
 
