@@ -49,7 +49,8 @@ _ON_THE_WIRE = {
     "quantization": "data.ctrl[i] = origin_rad + step_rad * round((command - origin_rad) / step_rad)",
     "servo_gain": "data.ctrl[i] = gain * command",
     "servo_nonlinearity": "data.ctrl[i] = command (1 + slope) + curvature_per_rad / 2 command^2 + "
-    "third_order_per_rad2 / 3 command^3 + sine_rad sin(cycles_per_turn command) + cosine_rad cos(cycles_per_turn command)",
+    "third_order_per_rad2 / 3 command^3 + sine_rad sin(cycles_per_turn command) + "
+    "cosine_rad cos(cycles_per_turn command)",
     "thermal_drift": "data.ctrl[i] = command + the drift by then",
     "missed_command": "data.ctrl[i] stays as it is at the rows samples",
     "joint_slip": "from from_s on the encoder of the joint reads jump_rad more",
@@ -163,7 +164,8 @@ def _comment(held: Sequence[MotionCause], not_held: Sequence[tuple[MotionCause, 
     lines = [
         "A moving twin measured and exported by armtwin. Actuator drive_NAME takes the command of joint NAME in rad.",
         f"Keep the time step of {LONGEST_STEP_S} s: armature and damping are made for it. The drives are so stiff that",
-        "links bend nothing; friction, stops and rotors are in proportion. An encoder reads its joint and the gap behind.",
+        "links bend nothing; friction, stops and rotors are in proportion. An encoder reads its joint and the gap",
+        "behind it.",
         *(f"holds {name} ({site}): {dict(parameters)}" for name, site, parameters in held),
         *(
             f"does not hold {name} ({site}): {dict(numbers)}; make it so: {how}"
