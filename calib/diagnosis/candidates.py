@@ -136,7 +136,7 @@ def _best_start(data: Data, screen: Screen, effect: Effect, site: Site) -> tuple
     starts = [Active(effect, site, values) for values in effect.starts(context, site, None)]
     if effect.screen is not None:
         starts += [Active(effect, site, values) for values in effect.screen(context, site, screen.evidence)]
-    best = best_start(screen, starts)
+    best = _simplest_start(data, screen, starts)
     if best is None:
         return None
     tried, seen = len(starts), {start.values.tobytes() for start in starts}
@@ -150,6 +150,18 @@ def _best_start(data: Data, screen: Screen, effect: Effect, site: Site) -> tuple
         tried = len(starts) + len(finer)
         best = refined
     return best[0], best[1], tried
+
+
+def _simplest_start(data: Data, screen: Screen, starts: Sequence[Active]) -> tuple[float, Active] | None:
+    """Return the best start; where an effect has forms with more numbers and with fewer, what those cost counts."""
+    priced = starts[0].effect.complexity if starts else None
+    if priced is None:
+        return best_start(screen, starts)
+    context, forms = data.problem.context, dict[float, list[Active]]()
+    for start in starts:
+        forms.setdefault(priced(context, start.values), []).append(start)
+    best = [(price, found) for price, form in forms.items() if (found := best_start(screen, form)) is not None]
+    return min(best, key=lambda one: one[0] + one[1][0])[1]
 
 
 def _complexity(data: Data, active: Active, starts: int) -> float:

@@ -52,16 +52,21 @@ def estimate_noise(problem: Problem, residual: Array) -> float:
     the residual cancel what varies smoothly; rough causes raise them. Marker A is believed unless another channel is
     clearly quieter; without it, the quietest channel.
     """
-    estimates = []
-    for channel in range(residual.shape[1]):
-        # Poses kept back, or not seen, must not tear the sequence: with every fourth left out no three stand together.
-        seen = residual[np.isfinite(residual[:, channel]).all(axis=-1), channel]
-        at_rest = problem.is_pixels and problem.channels[channel] == "a"
-        change = seen[1:] - seen[:-1] if at_rest else seen[2:] - 2.0 * seen[1:-1] + seen[:-2]
-        if change.size >= _LEAST_DIFFERENCES:
-            summed = np.sqrt(2.0 if at_rest else 6.0)
-            estimates.append(clipped_std(change, summed * problem.grain_std) / summed)
+    each = [channel_noise(problem, residual, channel) for channel in range(residual.shape[1])]
+    estimates = [one for one in each if np.isfinite(one)]
     quietest = min(estimates, default=robust_std(residual))
-    first = estimates[0] if estimates and problem.is_pixels and problem.channels[0] == "a" else quietest
+    first = each[0] if np.isfinite(each[0]) and problem.is_pixels and problem.channels[0] == "a" else quietest
     noise = first if first < _CLEARLY * quietest else quietest
     return max(noise, least_noise(problem))
+
+
+def channel_noise(problem: Problem, residual: Array, channel: int) -> float:
+    """Noise of one channel by what its residual (N, M, d) does from one pose to the next; NaN of too few poses."""
+    # Poses kept back, or not seen, must not tear the sequence: with every fourth left out no three stand together.
+    seen = residual[np.isfinite(residual[:, channel]).all(axis=-1), channel]
+    at_rest = problem.is_pixels and problem.channels[channel] == "a"
+    change = seen[1:] - seen[:-1] if at_rest else seen[2:] - 2.0 * seen[1:-1] + seen[:-2]
+    if change.size < _LEAST_DIFFERENCES:
+        return float("nan")
+    summed = np.sqrt(2.0 if at_rest else 6.0)
+    return clipped_std(change, summed * problem.grain_std) / float(summed)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from armtwin.calib.diagnosis.fit import Data, Fit, point_misfit
+from armtwin.calib.diagnosis.fit import Data, Fit, evaluate, fit, point_misfit
 from armtwin.calib.diagnosis.noise import robust_std
 from armtwin.models.catalogue.effect import Effect
 from armtwin.models.catalogue.evidence import Sightings, View
@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 # Nine of ten values of Gaussian noise lie within so many standard deviations.
 _NINETY_PERCENT = float(stats.norm.ppf(0.95))
+# Samples are looked for again so often: each look starts from the poses that the one before put right.
+_LOOKS = 4
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,15 +35,50 @@ def find_explained(data: Data, model: Fit) -> list[Active]:
     """Return what is found in what `model` leaves of the effects whose term explains the samples."""
     held = {active.effect.name for active in model.effects}
     wanted = [effect for effect in _found_effects() if effect.term is not None and effect.name not in held]
-    return [active for effect in wanted for active in find(effect, data, model)]
+    found = {
+        _key(active): active
+        for effect in wanted
+        for tail in (True, False)
+        for active in find(effect, data, model, tail)
+    }
+    return list(found.values())
 
 
-def find(effect: Effect, data: Data, model: Fit) -> list[Active]:
-    """Return where `effect` is found in what `model` leaves."""
+def refound(data: Data, model: Fit) -> Fit:
+    """Return the model with its explained single samples found anew, now that its geometry and the rest are better."""
+    for index, active in enumerate(model.effects):
+        if active.effect.found is None:
+            continue
+        for _ in range(_LOOKS):
+            before, after = model.effects[:index], model.effects[index + 1 :]
+            bare = evaluate(data, model.g, (*before, *after))
+            again = [one for tail in (True, False) for one in find(active.effect, data, bare, tail)]
+            fresh = [one for one in again if one.site == active.site and _key(one) != _key(model.effects[index])]
+            trials = [fit(data, model.g, (*before, one, *after)) for one in fresh]
+            better = min(trials, key=lambda trial: _priced(data, trial, index), default=model)
+            if _priced(data, better, index) >= _priced(data, model, index):
+                break
+            model = better
+    return model
+
+
+def _priced(data: Data, model: Fit, index: int) -> float:
+    """Deviance and what the samples of one effect cost."""
+    active = model.effects[index]
+    price = active.effect.complexity
+    return model.deviance + (0.0 if price is None else price(data.problem.context, active.values))
+
+
+def _key(active: Active) -> tuple[object, ...]:
+    return (active.key, active.values.tobytes())
+
+
+def find(effect: Effect, data: Data, model: Fit, tail: bool = True) -> list[Active]:
+    """Return where `effect` is found in what `model` leaves, measured with its `tail` or by the middle of it alone."""
     context = data.problem.context
     if effect.found is None or all(effect.why_not(context, site) is not None for site in effect.sites(context)):
         return []
-    return [Active(effect, site, values) for site, values in effect.found.find(context, _view(data, model))]
+    return [Active(effect, site, values) for site, values in effect.found.find(context, _view(data, model, tail))]
 
 
 def repair(data: Data, model: Fit) -> Repaired:
@@ -84,12 +121,12 @@ def _found_effects() -> list[Effect]:
     return sorted(found, key=lambda effect: effect.found is not None and effect.found.last)
 
 
-def _view(data: Data, model: Fit) -> View:
+def _view(data: Data, model: Fit, with_tail: bool) -> View:
     observed = np.where(data.counts[..., None], data.problem.observed, np.nan)
     predicted = data.problem.predict(model.g, model.effects)
     residual = (observed - predicted)[data.counts]
     # An imperfect model leaves a tail, which the median does not see and which is no gross error.
-    tail = float(np.quantile(np.abs(residual), 0.9)) / _NINETY_PERCENT if residual.size else 0.0
+    tail = float(np.quantile(np.abs(residual), 0.9)) / _NINETY_PERCENT if with_tail and residual.size else 0.0
     scale = max(robust_std(residual), tail, data.noise)
 
     def replay(commands: Array) -> Array:

@@ -8,6 +8,7 @@ import numpy as np
 
 from armtwin.calib.diagnosis.candidates import CandidateModel, candidate_sites, candidates, fit_candidates, fit_without
 from armtwin.calib.diagnosis.fit import Data, Fit, excess_of
+from armtwin.calib.diagnosis.repairs import refound
 from armtwin.calib.diagnosis.ties import tied
 from armtwin.models.catalogue.predict import Active
 
@@ -49,7 +50,7 @@ def rescanned(data: Data, base: Fit) -> Fit:
         for candidate in fit_candidates(data, fit_without(data, base, active), [(active.effect, active.site)]):
             if candidate.fit.deviance < base.deviance:
                 base = candidate.fit
-    return base
+    return refound(data, base)
 
 
 def _order(data: Data, candidate: CandidateModel) -> tuple[bool, float, float]:

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import stats
 
 from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom
+from armtwin.calib.diagnosis.noise import channel_noise
 
 # Family-wise level of the tests, over every site and start of the catalogue (Bonferroni, the first step of Holm).
 LEVEL = 1e-3
@@ -40,10 +41,14 @@ def of_the_grain(data: Data, model: Fit) -> bool:
 def loud_from(data: Data, model: Fit) -> float:
     """Return from how many times the noise's variance on a remainder is no chance.
 
-    An undeclared noise is an estimate from second differences of the same values: of a few it is rough.
+    An undeclared noise is an estimate from second differences of the same values: of a few it is rough, and where the
+    channels (markers, encoders) are not alike it is that of the quietest.
     """
     if data.declared:
         return LOUD
+    own = np.array([channel_noise(data.problem, model.residual, c) for c in range(data.problem.observed.shape[1])])
+    weights = np.where(np.isfinite(own), data.counts.sum(axis=0), 0.0)
+    unlike = float(weights @ np.maximum(np.nan_to_num(own) / data.noise, 1.0) ** 2 / max(weights.sum(), 1.0))
     free = degrees_of_freedom(data, model)
     worth = max((data.n_values - 2.0 * data.problem.observed.shape[1]) / _SHARED, 1.0)
-    return float(np.maximum(LOUD, stats.f.isf(LEVEL, free, worth)))
+    return unlike * float(np.maximum(LOUD, stats.f.isf(LEVEL, free, worth)))

@@ -6,9 +6,8 @@ otherwise. Where gravity can shift the link inside its gap, the loaded edge carr
 Known forms: a gap in a gear train or a bore, between hard flanks (the play operator; M. Nordin and P.-O. Gutman,
 Automatica 38, 2002); flanks that yield, so that the edges are soft; a dead band that stops at its edge, which moves the
 same way.
-Covered: hard edges, at rest or loaded to one side by gravity, and a dead band's edge. Partly: soft edges are named so
-as well, the softness as `hysteresis` of the same joint beside it where it shows, in some recordings as a false
-`joint_slip`. Not covered: a gap that differs over the turn.
+Covered: hard edges, at rest or loaded to one side by gravity, a dead band's edge, and flanks that yield over a part of
+the gap. Not covered: a gap that differs over the turn. The simulated bench has hard flanks alone.
 """
 
 from __future__ import annotations
@@ -37,19 +36,24 @@ Array = NDArray[np.float64]
 
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
     """Angles of the links behind a gap of `width_rad` at the site's joint."""
-    width, start_side, gravity_loaded = values
+    width, start_side, gravity_loaded, yielding, soft = values
     joint = _joint(site)
     out = q.copy()
     if gravity_loaded:
         out[:, joint] += 0.5 * width * np.sign(context.declared_torque(q)[:, joint])
     else:
-        out[:, joint] = play(q[:, joint], width, start_side)
+        out[:, joint] = play(q[:, joint], width, start_side, yielding if soft else 0.0)
     return out
 
 
-def play(drive: Array, width: float, start_side: float) -> Array:
-    """Return the output (N,) of a gap of `width` driven along (N,); it begins `start_side` half gaps off centre."""
+def play(drive: Array, width: float, start_side: float, yielding: float = 0.0) -> Array:
+    """Return the output (N,) of a gap of `width` driven along (N,); it begins `start_side` half gaps off centre.
+
+    Of each half gap the last part `yielding` is taken up by a flank that gives.
+    """
     half = 0.5 * width
+    if yielding * half > 0.0:
+        return _soft_play(drive, half, start_side, yielding)
     out = []
     state = float(drive[0] + start_side * half)
     for angle in drive.tolist():
@@ -61,11 +65,48 @@ def play(drive: Array, width: float, start_side: float) -> Array:
     return np.array(out)
 
 
+# How sharply a flank that gives ends: between a spring that is pressed flat at once (1) and a corner.
+_SHARPNESS = 1.5
+
+
+def _soft_play(drive: Array, half: float, start_side: float, yielding: float) -> Array:
+    """Return the same for flanks that give: the further the drive is past their edge, the less they yield."""
+    room = yielding * half
+    edge = half - room
+    out = []
+    state = float(drive[0] + start_side * half)
+    for angle in drive.tolist():
+        ahead = angle - state
+        pressed = abs(ahead) - edge
+        if pressed > 0.0:
+            left = pressed / (1.0 + (pressed / room) ** _SHARPNESS) ** (1.0 / _SHARPNESS)
+            state += (pressed - left) if ahead > 0 else (left - pressed)
+        out.append(state)
+    return np.array(out)
+
+
+def complexity(context: Context, values: Array) -> float:
+    """Of width and yielding the logarithm of the rows, and twice that of the starts."""
+    return (2.0 if values[4] else 1.0) * float(np.log(2 * len(context))) + 2.0 * float(np.log(_STARTS))
+
+
+def told(context: Context, values: Array) -> list[int]:
+    """Leave out how flanks yield where they do not."""
+    return [0, 1, 2, 3] if values[4] else [0, 1, 2]
+
+
+_STARTS = 10
+# Where soft flanks are looked for from.
+_YIELDING = 0.25
+
+
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
     return (
         Parameter("width_rad", (0.0, 0.35), 0.03),
         Parameter("start_side", (-1.0, 1.0), 1.0, scanned=True),
         Parameter("gravity_loaded", (0.0, 1.0), 1.0, scanned=True),
+        Parameter("yielding", (0.02, 0.98), 0.3, off=None),
+        Parameter("soft_edges", (0.0, 1.0), 1.0, scanned=True),
     )
 
 
@@ -73,9 +114,11 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
     if around is not None:
         return []
     # The first move drags the link along its trailing edge, unless it began elsewhere in the gap.
-    starts = [np.array([width, side, 0.0]) for width in (0.003, 0.01, 0.03) for side in (-1.0, 0.0, 1.0)]
+    widths, sides = (0.003, 0.01, 0.03), (-1.0, 0.0, 1.0)
+    starts = [np.array([width, side, 0.0, _YIELDING, 0.0]) for width in widths for side in sides]
+    starts += [np.array([width, side, 0.0, _YIELDING, 1.0]) for width in widths[1:] for side in (-1.0, 1.0)]
     if context.has_gravity:
-        starts.append(np.array([0.01, 0.0, 1.0]))
+        starts.append(np.array([0.01, 0.0, 1.0, _YIELDING, 0.0]))
     return starts
 
 
@@ -146,6 +189,8 @@ EFFECT = Effect(
     confused_with=("hysteresis", "dead_band", "settling_lag"),
     experiment="fine steps of this joint round a reversal, approached from both sides",
     plans=("reversal",),
+    complexity=complexity,
+    told=told,
     needs_return=True,
     sealed=sealed.Sealing(_hide),
 )

@@ -1,11 +1,11 @@
 """A joint gives under the torque of gravity.
 
-The term is linear elasticity at each joint, solved at the sagged pose by two fixed-point steps.
+The term is elasticity at each joint, solved at the sagged pose by two fixed-point steps: linear, or giving the less the
+further it has given.
 
 Known forms: linear springs (belts, printed horns), springs that stiffen, a servo's droop under load (its loop's
-stiffness). Covered: linear give at each joint. Partly: a spring that stiffens by some tenths over the arm's range is
-named so too, in some recordings with a false `servo_nonlinearity` beside it. Not covered: give that depends on the way
-the joint came (`hysteresis` or `backlash`).
+stiffness). Covered: give at each joint, linear or stiffening. Not covered: springs that soften, and give
+that depends on the way the joint came (`hysteresis` or `backlash`).
 """
 
 from __future__ import annotations
@@ -31,23 +31,64 @@ Array = NDArray[np.float64]
 
 
 _BOUNDS_RAD_PER_NM = (0.0, 3.0)
+# A spring that has given by one over this is stiffer by a third or so; below a hundredth of a radian it is a stop.
+_BOUNDS_PER_RAD = (0.0, 100.0)
 
 
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
-    """Angles that give by compliance times torque, `values` (n,) rad/(N m)."""
-    sagged = q + values * context.declared_torque(q)
-    out: Array = q + values * context.declared_torque(sagged)
+    """Angles that give by compliance times torque, `values` (n,) rad/(N m).
+
+    Where (n,) more and a switch follow, 1/rad, a joint gives the less the further: by b / sqrt(1 + (k b)^2) for b.
+    """
+    n = q.shape[1]
+    compliance = values[:n]
+    stiffens = values[n : 2 * n] if len(values) > n and values[-1] else np.zeros(n)
+    give = _given(compliance * context.declared_torque(q), stiffens)
+    out: Array = q + _given(compliance * context.declared_torque(q + give), stiffens)
     return out
 
 
+def _given(linear: Array, stiffens: Array) -> Array:
+    out: Array = linear / np.sqrt(1.0 + (stiffens * linear) ** 2)
+    return out
+
+
+def told(context: Context, values: Array) -> list[int]:
+    """Leave out how springs stiffen where they do not."""
+    n = context.arm.n_joints
+    return list(range(2 * n)) if values[-1] else list(range(n))
+
+
+def complexity(context: Context, values: Array) -> float:
+    """Of each number that acts the logarithm of the rows."""
+    n = context.arm.n_joints
+    return (2 * n if values[-1] else n) * float(np.log(2 * len(context)))
+
+
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
-    return tuple(
-        Parameter(f"compliance{joint + 1}_rad_per_nm", _BOUNDS_RAD_PER_NM, 0.3) for joint in range(context.arm.n_joints)
+    numbers = range(1, context.arm.n_joints + 1)
+    return (
+        *(Parameter(f"compliance{number}_rad_per_nm", _BOUNDS_RAD_PER_NM, 0.3) for number in numbers),
+        *(Parameter(f"stiffens{number}_per_rad", _BOUNDS_PER_RAD, 20.0, off=None) for number in numbers),
+        Parameter("stiffening", (0.0, 1.0), 1.0, scanned=True),
     )
 
 
 def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
-    return [] if around is not None else [np.full(context.arm.n_joints, 0.02)]
+    if around is not None:
+        return []
+    n = context.arm.n_joints
+    linear = [np.concatenate([np.full(n, 0.02), np.zeros(n), [0.0]])]
+    return linear + [np.concatenate([np.full(n, 0.2), np.full(n, k), [1.0]]) for k in (5.0, 20.0)]
+
+
+def physical(context: Context, values: Array) -> dict[str, Any]:
+    """Return compliances, and where they stiffen how, as the simulated bench takes them."""
+    n = context.arm.n_joints
+    built = {f"compliance{joint + 1}_rad_per_nm": float(values[joint]) for joint in range(n)}
+    if values[-1]:
+        built |= {f"stiffens{joint + 1}_per_rad": float(values[n + joint]) for joint in range(n)}
+    return built
 
 
 def needs_gravity(context: Context, site: Site) -> str | None:
@@ -61,15 +102,19 @@ def needs_gravity(context: Context, site: Site) -> str | None:
 def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Put a torsion spring between each servo and its link: gear teeth, horn and bracket that give.
 
-    `compliance1_rad_per_nm`, `compliance2_rad_per_nm`, ...: one a joint; a joint without one is stiff.
+    `compliance1_rad_per_nm`, `compliance2_rad_per_nm`, ...: one a joint; a joint without one is stiff. With
+    `stiffensN_per_rad` the spring's torque also grows with the cube of its angle: it is stiffer by half, on the whole,
+    where it has given by one over that.
     """
     numbers = range(1, world.arm.n_joints + 1)
     compliances = {n: float(parameters[f"compliance{n}_rad_per_nm"]) for n in numbers}
+    cubes = {n: 0.5 * float(parameters.get(f"stiffens{n}_per_rad", 0.0)) ** 2 for n in numbers}
 
     def mechanism(spec: mujoco.MjSpec) -> None:
         for number, compliance in compliances.items():
             if compliance > 0:
-                add_spring(spec, number, f"sag{number}", compliance)
+                spring = add_spring(spec, number, f"sag{number}", compliance)
+                spring.stiffness[2] = cubes[number] / compliance
 
     return world.with_mechanism(mechanism)
 
@@ -89,11 +134,17 @@ EFFECT = Effect(
     term=term,
     starts=_starts,
     injector=inject,
-    injected=(Injected("compliance{joint}_rad_per_nm", (0.0, 10.0), 0.0),),
+    injected=(
+        Injected("compliance{joint}_rad_per_nm", (0.0, 10.0), 0.0),
+        Injected("stiffens{joint}_per_rad", (0.0, 1000.0), optional=True),
+    ),
     confused_with=("payload", "link_bending", "servo_nonlinearity"),
     experiment="the arm turned against gravity, and a known mass at the tip",
     applies=needs_gravity,
     plans=("stretched_and_folded", "known_payload"),
+    physical=physical,
+    complexity=complexity,
+    told=told,
     sealed=sealed.Sealing(_hide, in_gravity=True),
 )
 

@@ -31,6 +31,8 @@ Array = NDArray[np.float64]
 # What is seen must miss its own pose by this many standard deviations, and meet the one before within the other.
 _MISSES = 8.0
 _MEETS = 4.0
+# Where one was missed, others that moved the arm less are believed; below this a pose tells nothing.
+_MISSES_TOO = 5.0
 # A run of missed poses is found one pose a look.
 _LOOKS = 12
 # Up to so many joints every set of them may have stayed; of longer arms one joint or all.
@@ -49,37 +51,45 @@ def term(context: Context, q: Array, values: Array, site: Site) -> Array:
 
 def find(context: Context, view: View) -> list[tuple[Site, Array]]:
     """Return the rows, and joints where some moved, that agree with the last executed pose and not with their own."""
-    n = context.q_cmd.shape[1]
     if view.replay is None:
         rows = _all_stayed(view)
         return [(Site(), np.array(rows, dtype=float))] if rows else []
+    stayed = _stayed(context, view, np.zeros(context.q_cmd.shape, dtype=bool), _MISSES)
+    if stayed.any():
+        stayed = _stayed(context, view, stayed, _MISSES_TOO)
+    rows = [_packed(row, stayed[row]) for row in np.flatnonzero(stayed.any(axis=1)).tolist()]
+    return [(Site(), np.array(rows, dtype=float))] if rows else []
+
+
+def _stayed(context: Context, view: View, stayed: NDArray[np.bool_], least: float) -> NDArray[np.bool_]:
+    """(N, n) joints that stayed at poses that miss their own by at least so many standard deviations."""
+    assert view.replay is not None
+    n = context.q_cmd.shape[1]
     own = view.misfit(view.observed, view.predicted)
     seen = np.isfinite(own)
-    amiss = np.where(seen, own, 0.0).max(axis=1) > _MISSES
+    amiss = np.where(seen, own, 0.0).max(axis=1) > least
     amiss[0] = False
     if not amiss.any():
-        return []
-    stayed = np.zeros((len(own), n), dtype=bool)
+        return stayed
     for _ in range(_LOOKS):
         executed = context.q_cmd.copy()
         for row in np.flatnonzero(stayed.any(axis=1)):
             executed[row, stayed[row]] = executed[row - 1, stayed[row]]
         before = np.concatenate([executed[:1], executed[:-1]])
-        least = np.full(len(own), np.inf)
+        fewest = np.full(len(own), np.inf)
         again = np.zeros_like(stayed)
         for which in _sets(n):
             commands = np.where(which, before, context.q_cmd)
             predicted = view.replay(np.where(amiss[:, None], commands, executed))
             misses = np.where(seen, view.misfit(view.observed, predicted), 0.0)
-            tells = np.where(seen, view.misfit(predicted, view.predicted), 0.0).max(axis=1) > _MISSES
+            tells = np.where(seen, view.misfit(predicted, view.predicted), 0.0).max(axis=1) > least
             left = np.where(amiss & tells & (misses.max(axis=1) < _MEETS), (misses**2).sum(axis=1), np.inf)
-            better = left < least
-            again[better], least = which, np.minimum(left, least)
+            better = left < fewest
+            again[better], fewest = which, np.minimum(left, fewest)
         if np.array_equal(again, stayed):
             break
         stayed = again
-    rows = [_packed(row, stayed[row]) for row in np.flatnonzero(stayed.any(axis=1)).tolist()]
-    return [(Site(), np.array(rows, dtype=float))] if rows else []
+    return stayed
 
 
 def _all_stayed(view: View) -> list[float]:

@@ -28,6 +28,10 @@ _CALM = 3.5
 # degrees of freedom has one in five thousand of its points beyond 5.5.
 _FEW = 3
 _GROSS_OF_FEW = 7.5
+# Errors with tails are no gross ones: one of them must lie farther out than the tail goes on to in one recording of a
+# hundred, taken to fall off exponentially (Laplace's) as fast as from the median to nine tenths.
+_TAIL_FROM = 0.9
+_IN_ONE_RECORDING = 0.01
 # Less than a tenth of a pixel is no gross error however quiet the camera: a rim's shading or a codec's block does that.
 _GROSS_PX = 0.1
 # Two detections do not fail by the same vector to within this part of its length.
@@ -52,7 +56,19 @@ def find(context: Context, view: View) -> list[tuple[Site, Array]]:
     ]
     if len(rows) < _FEW:
         rows = [at for at in rows if misfit[at] > _GROSS_OF_FEW]
+    if max((misfit[at] for at in rows), default=0.0) < _end_of_tail(misfit):
+        return []
     return [(Site(), np.array(rows, dtype=float).ravel())] if rows else []
+
+
+def _end_of_tail(misfit: Array) -> float:
+    """Return how far out the farthest of so many points lies where errors fall off exponentially."""
+    seen = misfit[np.isfinite(misfit)]
+    if not len(seen):
+        return 0.0
+    middle, high = np.quantile(seen, (0.5, _TAIL_FROM))
+    falls_off = (high - middle) / np.log(0.5 / (1.0 - _TAIL_FROM))
+    return float(high + falls_off * np.log((1.0 - _TAIL_FROM) * len(seen) / _IN_ONE_RECORDING))
 
 
 def _calm_in_time(misfit: Array, row: int, column: int) -> bool:

@@ -1,20 +1,18 @@
 """A smooth or periodic error over a joint's angle.
 
 Known forms: a potentiometer whose track is not linear (smooth, of low order, some per cent of its span), a gear bored
-off its centre and uneven worms or belts (periodic). The term is one harmonic of the commanded angle with free
-frequency; low frequencies stand for smooth errors. Where a joint was seen at few different angles, from which no
-frequency can be told, it is a slope and a curvature instead, so that a wrong gain with a curve is one cause. A dead
-spot of the track in one place would be called unknown.
-
-Known forms: a potentiometer's linearity (smooth, of low order), an eccentric gear or encoder (one cycle a turn of it,
-with overtones), a horn linkage's sine. Covered: one sine with its own frequency; low frequencies stand for smooth
-curves, a gain that goes with them among these. Not covered: several frequencies of like size.
+off its centre and uneven worms or belts (periodic, one cycle a turn of the part, with overtones), the sine of a horn's
+linkage. The term has two forms: one harmonic of the commanded angle with free frequency, or a track, a curve of the
+fourth order that holds a wrong gain as well, so that a gain with a curve is one cause. Where a joint was seen at few
+different angles, from which no frequency can be told, it is a slope and a curvature.
+Not covered: several frequencies of like size, and a dead spot of the track in one place (`unknown`).
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -41,10 +39,15 @@ _CYCLES = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0, 18.0, 22.0, 26.0, 30.
 
 # With fewer different angles a harmonic of free frequency passes through anything.
 _FEW_ANGLES = 12
-# Parameters of a potentiometer's track, for the term of few angles and for the injector.
-_TRACK = ("slope", "curvature_per_rad")
+# Parameters of a potentiometer's track, derivatives of its error at zero; of few angles the first two are told.
+_TRACK = ("slope", "curvature_per_rad", "third_per_rad2", "fourth_per_rad3")
+_FEW_TRACK = 2
+# Where they stand among the values, after sine, cosine and cycles; the last value says whether it is a track.
+_AT = 3
 # Pieces of the track that the simulated bench is wound of, over a servo's travel.
 _PIECES = 2001
+# No track is wound closer or wider than this, times the usual: a curve of the fourth order goes astray off the poses.
+_WINDING = (0.1, 3.0)
 
 
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
@@ -52,20 +55,24 @@ def term(context: Context, q: Array, values: Array, site: Site) -> Array:
     assert site.joint is not None
     joint = site.joint - 1
     out = q.copy()
-    if len(values) == len(_TRACK):
-        slope, curvature = values
-        out[:, joint] += slope * q[:, joint] + 0.5 * curvature * q[:, joint] ** 2
+    track = _track(values)
+    if track is not None:
+        power, angle = np.ones(len(q)), q[:, joint]
+        for order, derivative in enumerate(track, start=1):
+            power = power * angle / order
+            out[:, joint] += derivative * power
         return out
-    sine, cosine, cycles = values
+    sine, cosine, cycles = values[:_AT]
     out[:, joint] += sine * np.sin(cycles * q[:, joint]) + cosine * np.cos(cycles * q[:, joint])
     return out
 
 
 def physical(context: Context, values: Array) -> dict[str, Any]:
     """Return amplitude, frequency and phase, as the simulated bench takes them: at most what a gear can make."""
-    if len(values) == len(_TRACK):
-        return {name: float(value) for name, value in zip(_TRACK, values, strict=True)}
-    sine, cosine, cycles = values
+    track = _track(values)
+    if track is not None:
+        return {name: float(value) for name, value in zip(_TRACK, track, strict=False)}
+    sine, cosine, cycles = values[:_AT]
     return {
         "amplitude_rad": min(float(np.hypot(sine, cosine)), _MOST_ECCENTRIC / float(cycles)),
         "cycles_per_turn": float(cycles),
@@ -73,13 +80,38 @@ def physical(context: Context, values: Array) -> dict[str, Any]:
     }
 
 
+def _track(values: Array) -> Array | None:
+    """Return the derivatives (2 or 4,) of a track, or None where the values are of a harmonic."""
+    if len(values) == _FEW_TRACK:
+        return values
+    return values[_AT:-1] if values[-1] else None
+
+
+def told(context: Context, values: Array) -> list[int]:
+    """Leave out the form that it does not have."""
+    if len(values) == _FEW_TRACK:
+        return [0, 1]
+    return list(range(_AT, len(values) - 1)) if values[-1] else list(range(_AT))
+
+
+def complexity(context: Context, values: Array) -> float:
+    """Of each number that acts the logarithm of the rows."""
+    return len(told(context, values)) * float(np.log(2 * len(context)))
+
+
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
+    slope, curvature = Parameter(_TRACK[0], (-0.5, 0.5), 0.3), Parameter(_TRACK[1], (-0.5, 0.5), 0.3)
     if _few_angles(context, site):
-        return (Parameter("slope", (-0.5, 0.5), 0.3), Parameter("curvature_per_rad", (-0.5, 0.5), 0.3))
+        return (slope, curvature)
     return (
         Parameter("sine_rad", (-0.2, 0.2), 0.03),
         Parameter("cosine_rad", (-0.2, 0.2), 0.03),
         Parameter("cycles_per_turn", (0.5, 60.0), 3.0, off=None),
+        slope,
+        replace(curvature, bounds=(-2.0, 2.0)),
+        Parameter(_TRACK[2], (-10.0, 10.0), 1.0),
+        Parameter(_TRACK[3], (-50.0, 50.0), 5.0),
+        Parameter("track", (0.0, 1.0), 1.0, scanned=True),
     )
 
 
@@ -100,8 +132,9 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
     if around is not None:
         return []
     if _few_angles(context, site):
-        return [np.zeros(len(_TRACK))]
-    return [np.array([0.0, 0.0, cycles]) for cycles in _supported_cycles(context, site)]
+        return [np.zeros(_FEW_TRACK)]
+    harmonics = [[0.0, 0.0, cycles, 0.0, 0.0, 0.0, 0.0, 0.0] for cycles in _supported_cycles(context, site)]
+    return [np.array(values) for values in (*harmonics, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0])]
 
 
 # --- how the simulated bench makes it ---
@@ -117,11 +150,11 @@ def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """
     index = joint_index(world, site)
     if any(name in parameters for name in _TRACK):
-        return _with_track(world, index, *(float(parameters.get(name, 0.0)) for name in _TRACK))
+        return _with_track(world, index, [float(parameters.get(name, 0.0)) for name in _TRACK])
     for name in ("amplitude_rad", "cycles_per_turn"):
         if name not in parameters:
             raise InputError(
-                f"servo_nonlinearity: key '{name}' is missing, or else slope or curvature_per_rad of a track"
+                f"servo_nonlinearity: key '{name}' is missing, or else slope, curvature_per_rad ... of a track"
             )
     cycles, phase = float(parameters["cycles_per_turn"]), float(parameters["phase_rad"])
     eccentricity = cycles * float(parameters["amplitude_rad"])  # of the bore, in radii of the gear
@@ -145,15 +178,15 @@ def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     return world.with_electronics(gear)
 
 
-def _with_track(world: World, index: int, slope: float, curvature: float) -> World:
+def _with_track(world: World, index: int, derivatives: list[float]) -> World:
     """Wind a potentiometer unevenly: the board turns until the wiper's voltage matches the pulse.
 
     A stretch of the track that has less resistance than its share makes the servo turn farther for the same voltage.
     """
     scale = np.linspace(-world.servo.travel_rad, world.servo.travel_rad, _PIECES)
-    turned_per_volt = 1.0 + slope + curvature * 0.5 * (scale[1:] + scale[:-1])
-    if (turned_per_volt <= 0).any():
-        raise InputError("servo_nonlinearity: no track turns back; slope and curvature_per_rad are too large together")
+    middles = 0.5 * (scale[1:] + scale[:-1])
+    turned_per_volt = 1.0 + sum(d * middles**k / math.factorial(k) for k, d in enumerate(derivatives))
+    turned_per_volt = np.clip(turned_per_volt, *_WINDING)
     angle = np.concatenate([[0.0], np.cumsum(turned_per_volt * np.diff(scale))])
     angle -= np.interp(0.0, scale, angle)
 
@@ -193,12 +226,16 @@ EFFECT = Effect(
         Injected("cycles_per_turn", (0.1, 200.0), optional=True),
         Injected("phase_rad", (-2.0 * math.pi, 2.0 * math.pi), 0.0, period=2.0 * math.pi),
         Injected("slope", (-0.9, 0.9), optional=True),
-        Injected("curvature_per_rad", (-0.5, 0.5), optional=True),
+        Injected("curvature_per_rad", (-2.0, 2.0), optional=True),
+        Injected("third_per_rad2", (-10.0, 10.0), optional=True),
+        Injected("fourth_per_rad3", (-50.0, 50.0), optional=True),
     ),
     confused_with=("servo_gain", "quantization", "gravity_sag"),
     experiment="this joint swept over its whole range in fine steps",
     plans=("full_sweep", "fine_ramp"),
     physical=physical,
+    complexity=complexity,
+    told=told,
     sealed=sealed.Sealing(_hide),
 )
 

@@ -42,7 +42,7 @@ OF_THE_RECORDING = {
     ("settling_lag", "until_next_command"),
 }
 # The same thing in other numbers: see their tests.
-OTHERWISE_STATED = {"servo_nonlinearity", "joint_slip", "settling_lag", "thermal_drift"}
+OTHERWISE_STATED = {"backlash", "gravity_sag", "servo_nonlinearity", "joint_slip", "settling_lag", "thermal_drift"}
 
 
 def complete(parameters: dict[str, Any], arm: Arm = ARM, n_poses: int | None = 10) -> dict[str, Any]:
@@ -163,7 +163,7 @@ def test_the_simulated_arm_stands_at_the_ends_of_what_is_possible(name: str, end
 
 
 def test_the_side_of_a_gap_at_its_first_pose_is_no_part_of_a_bench() -> None:
-    assert effect_named("backlash").built(context_of(), Site(joint=2), np.array([0.02, 1.0, 0.0])) == {
+    assert effect_named("backlash").built(context_of(), Site(joint=2), np.array([0.02, 1.0, 0.0, 0.25, 0.0])) == {
         "width_rad": 0.02,
         "gravity_loaded": 0.0,
     }

@@ -45,7 +45,7 @@ def test_there_and_back_the_output_trails_by_half_a_gap_on_either_way() -> None:
 
 def test_other_joints_are_left_alone() -> None:
     context = context_of()
-    error = turned("backlash", context, [0.02, 1.0, 0.0], joint=2) - context.q_cmd
+    error = turned("backlash", context, [0.02, 1.0, 0.0, 0.25, 0.0], joint=2) - context.q_cmd
     assert not error[:, [0, 2]].any()
     assert error[:, 1].any()
 
@@ -55,3 +55,11 @@ def test_a_loaded_gap_rests_on_the_side_that_gravity_pushes_to_whatever_side_it_
     context = context_of(one_joint(2, np.concatenate([there, there[::-1]])))
     error = (turned("backlash", context, [0.02, 0.0, 1.0], joint=2) - context.q_cmd)[:, 1]
     np.testing.assert_allclose(error, 0.01 * np.sign(context.declared_torque(context.q_cmd)[:, 1]))
+
+
+def test_a_flank_that_yields_leaves_the_same_gap_after_a_long_way_and_less_after_a_short_one() -> None:
+    way = np.concatenate([np.linspace(0.0, 0.5, 6), [0.45, 0.5]])
+    hard, soft = play(way, 0.04, 0.0), play(way, 0.04, 0.0, 0.5)
+    np.testing.assert_allclose(soft[5], hard[5], atol=1e-3)
+    pushed = play(np.array([0.0, 0.015, 0.018]), 0.04, 0.0, 0.5)
+    assert pushed[-1] > play(np.array([0.0, 0.015, 0.018]), 0.04, 0.0)[-1]
