@@ -75,7 +75,11 @@ class Table:
 
     def angles(self, arm: Arm, kind: str, *, may_be_empty: bool) -> Array:
         """(N, n) angles of the joints, rad, commanded (`cmd`) or measured (`meas`)."""
-        names = [f"theta{i + 1}_{kind}_rad" for i in range(arm.n_joints)]
+        return self.joint_angles(arm.n_joints, kind, may_be_empty=may_be_empty)
+
+    def joint_angles(self, n: int, kind: str, *, may_be_empty: bool) -> Array:
+        """(N, n) angles of `n` joints, rad, commanded (`cmd`) or measured (`meas`)."""
+        names = [f"theta{i + 1}_{kind}_rad" for i in range(n)]
         q = np.stack([self.numbers(name, may_be_empty=may_be_empty) for name in names], axis=-1)
         too_large = np.argwhere(np.abs(q) > 2 * np.pi)
         if len(too_large):
@@ -129,6 +133,18 @@ class Table:
     def times(self) -> Array:
         """(N,) times, s, that never run backwards; NaN where a cell is empty."""
         return self._ordered("time_s")
+
+    def growing_times(self) -> Array:
+        """(N,) times, s, each later than the one before."""
+        times = self.numbers("time_s", may_be_empty=False)
+        still = np.flatnonzero(np.diff(times) <= 0)
+        if len(still):
+            row = int(still[0]) + 1
+            how = "again" if times[row] == times[row - 1] else f"after {times[row - 1]:g} s"
+            raise RecordingError(
+                f"{self._at(row, 'time_s')}: {times[row]:g} s {how}; in a moving recording every row has a later time"
+            )
+        return times
 
     def command_times(self) -> Array:
         """(N,) times of the commands, s, that never run backwards, each before its row was seen; NaN where unknown."""
