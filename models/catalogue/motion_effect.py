@@ -28,10 +28,11 @@ class Slot:
     Attributes:
         parameter: its name with its unit, as it stands in every file.
         slot: name in `armtwin.models.motion.loop.NEUTRAL`.
-        bounds: what is physically possible.
-        starts: values from which a fit begins.
-        scale: a size that matters, for steps of derivatives.
+        bounds: what is physically possible, of the slot.
+        starts: values of the slot from which a fit begins.
+        scale: a size of the slot that matters, for steps of derivatives.
         scanned: the angles are no smooth function of it.
+        factor: the parameter in its own unit for each unit of the slot.
 
     """
 
@@ -41,6 +42,7 @@ class Slot:
     starts: tuple[float, ...]
     scale: float
     scanned: bool = False
+    factor: float = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)

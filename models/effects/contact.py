@@ -14,7 +14,7 @@ from typing import Any
 import mujoco
 
 from armtwin.models.catalogue.injection import Injected
-from armtwin.models.catalogue.motion_effect import MotionEffect
+from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.site import Site
 from armtwin.models.errors import InputError
 from armtwin.models.motion_world import HARD_SOLIMP, HARD_SOLREF, MotionWorld
@@ -44,6 +44,10 @@ IN_MOTION = MotionEffect(
     name="contact",
     summary="something in the way stops the arm short of its command",
     where="joint",
+    forms=(
+        (Slot("stop_rad", "stop_high_rad", (-3.2, 3.2), (), 0.005),),
+        (Slot("stop_rad", "stop_low_rad", (-3.2, 3.2), (), 0.005),),
+    ),
     confused_with=("torque_limit", "missed_command", "friction"),
     experiment="the same commands with the way free, or moved away from the stop",
     injector=inject_in_motion,

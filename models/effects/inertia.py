@@ -23,11 +23,16 @@ def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Si
     return world.with_drive(index, armature_kg_m2=armature)
 
 
+# The nominal servo's (models/nominal/servo.toml): angles alone tell the inertia over the loop's stiffness.
+_STIFFNESS_NM_RAD = 50.0
+
 IN_MOTION = MotionEffect(
     name="inertia",
     summary="more inertia at a joint than the model has",
     where="joint",
-    forms=((Slot("armature_kg_m2", "inertia_s2", (0.0, 20.0), (0.01, 0.1, 0.4), 0.01),),),
+    forms=(
+        (Slot("armature_kg_m2", "inertia_s2", (0.0, 0.05), (0.0002, 0.001, 0.004), 0.0002, factor=_STIFFNESS_NM_RAD),),
+    ),
     confused_with=("servo_lag", "latency"),
     experiment="chirps and steps: an overshoot, and a phase that falls beyond a quarter turn",
     injector=inject_in_motion,

@@ -8,9 +8,9 @@ The loop follows the error e between the command and the shaft:
 
 where all torques are divided by the loop's stiffness, so that they are angles of error: what the recording of angles
 alone can tell. With time constant 0.020 s, limit 6.16 rad/s and nothing else it is the nominal servo. A step solves for
-the speed that is constant over it, with the error at its middle (Crank-Nicolson for the position, implicit for speed),
-and takes dry friction exactly: the shaft stands still while the drive is within the friction (a proximal step). A
-command acts by its mean over the step, so that the angle is a smooth function of the delay.
+its mean speed, exactly without inertia and implicitly with it, and takes dry friction exactly: the shaft stands still
+while the drive is within the friction (a proximal step). A command acts by its mean over the step, so that the angle is
+a smooth function of the delay.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ Array = NDArray[np.float64]
 NEUTRAL: dict[str, float] = {
     # what the servo hears
     "delay_s": 0.0,
-    "late_from_s": np.inf,  # from then on every command is heard later by
+    "late_from_s": np.inf,  # from then until then every command is heard later by
+    "late_until_s": np.inf,
     "late_s": 0.0,
     "gain": 1.0,
     "bend": 0.0,  # 1/rad: curvature of the angle over the command
@@ -66,13 +67,13 @@ NEUTRAL: dict[str, float] = {
 SLOTS: tuple[str, ...] = tuple(NEUTRAL)
 INDEX: dict[str, int] = {name: number for number, name in enumerate(SLOTS)}
 
-# The nominal loop's time constant is five of these; the error of a step is then below 0.4 % of the way left.
+# The nominal loop's time constant is five of these.
 _STEP_S = 0.004
 # A pause of seconds is passed in steps of its own length over this many: the arm rests long before.
 _MOST_STEPS = 250
 
 (
-    _DELAY, _LATE_FROM, _LATE, _GAIN, _BEND, _TWIST, _R_SIN, _R_COS, _R_TURN, _STEP, _ORIGIN, _DEAD,
+    _DELAY, _LATE_FROM, _LATE_UNTIL, _LATE, _GAIN, _BEND, _TWIST, _R_SIN, _R_COS, _R_TURN, _STEP, _ORIGIN, _DEAD,
     _TAU, _SPEED, _TORQUE, _INERTIA, _COULOMB, _LOAD, _DRIVE, _STRIBECK, _S_LOAD, _S_DRIVE, _S_SPEED, _DROOP,
     _LOW, _HIGH, _ZERO, _PLAY, _PLAY_START, _LAG, _LAG_ANGLE, _SLIP, _SLIP_S, _DRIFT, _DRIFT_S, _CREEP,
 ) = range(len(SLOTS))  # fmt: skip
@@ -102,11 +103,20 @@ def received(q_cmd: Array, p: Array) -> Array:
 
 
 @njit(cache=True)
-def follow(time_s: Array, sent: Array, load_nm: Array, measured: Array, first: NDArray[np.bool_], p: Array) -> Array:
+def follow(
+    time_s: Array,
+    sent: Array,
+    load_nm: Array,
+    measured: Array,
+    first: NDArray[np.bool_],
+    wanted: NDArray[np.bool_],
+    p: Array,
+) -> Array:
     """(N,) angles, rad, that are read at `time_s` (N,) of a servo with values `p`, one a slot.
 
     `sent` (N,) are its commands, each given at its row's time after the row was read, `load_nm` (N,) the torque that it
     has to hold. In rows `first` a motion begins, at the angle `measured` there; no other measured angle is looked at.
+    Motions that are not `wanted` are passed over: what is returned of them is `measured`.
     """
     n = len(time_s)
     heard = received(sent, p)
@@ -114,6 +124,9 @@ def follow(time_s: Array, sent: Array, load_nm: Array, measured: Array, first: N
     x = y = w = lag = 0.0
     k = 0
     for row in range(n):
+        if not wanted[row]:
+            out[row] = measured[row]
+            continue
         zero = p[_ZERO] + p[_CREEP] * (time_s[row] - time_s[0])
         if p[_DRIFT] != 0.0:
             zero += p[_DRIFT] * (1.0 - np.exp(-(time_s[row] - time_s[0]) / p[_DRIFT_S]))
@@ -128,10 +141,15 @@ def follow(time_s: Array, sent: Array, load_nm: Array, measured: Array, first: N
         span = time_s[row] - time_s[row - 1]
         steps = min(max(int(np.ceil(span / _STEP_S)), 1), _MOST_STEPS)
         h = span / steps
+        # A first-order loop's way in a step is known exactly: the error falls by exp(-h / time constant).
+        resistance = h / (1.0 - np.exp(-h / p[_TAU]))
+        # Inertia that lasts over steps is integrated by the trapezoidal rule, what is gone within one implicitly.
+        mass = p[_INERTIA] / h
+        new = max(0.5, 1.0 - mass / resistance)
         for step in range(steps):
             now = time_s[row - 1] + step * h
             begin = now - p[_DELAY]
-            if now >= p[_LATE_FROM]:
+            if p[_LATE_FROM] <= now < p[_LATE_UNTIL]:
                 begin -= p[_LATE]
             end = begin + h
             while k + 1 < n and time_s[k + 1] <= begin:
@@ -148,26 +166,27 @@ def follow(time_s: Array, sent: Array, load_nm: Array, measured: Array, first: N
             load = load_nm[row - 1] + (load_nm[row] - load_nm[row - 1]) * (step + 0.5) / steps
             sag = p[_DROOP] * load
             motor = command - x
-            drive = motor - sag + p[_INERTIA] / h * w
+            drive = motor - sag + (mass - resistance * (1.0 - new)) * w
             friction = p[_COULOMB] + p[_LOAD] * abs(sag) + p[_DRIVE] * abs(motor)
             rough = p[_STRIBECK] + p[_S_LOAD] * abs(sag) + p[_S_DRIVE] * abs(motor)
             if rough > 0.0:
                 friction += rough * np.exp(-((w / p[_S_SPEED]) ** 2))
             drive = max(drive - friction, 0.0) if drive > 0.0 else min(drive + friction, 0.0)
-            w = drive / (p[_INERTIA] / h + p[_TAU] + 0.5 * h)
+            before = w
+            w = drive / (mass + resistance * new)
             limit = p[_SPEED]
             if load * w > 0.0:
                 limit *= max(0.0, 1.0 - abs(load) / p[_TORQUE])
             w = min(max(w, -limit), limit)
-            x += h * w
+            x += h * (new * w + (1.0 - new) * before) if mass > 0.0 else h * w
             if x > p[_HIGH]:
                 x, w = p[_HIGH], min(w, 0.0)
             elif x < p[_LOW]:
                 x, w = p[_LOW], max(w, 0.0)
-            before = y
+            behind = y
             y = min(max(y, x - 0.5 * p[_PLAY]), x + 0.5 * p[_PLAY])
             if p[_LAG] != 0.0:
-                moved = y - before
+                moved = y - behind
                 towards = 1.0 if moved > 0.0 else -1.0
                 lag = towards + (lag - towards) * np.exp(-abs(moved) / p[_LAG_ANGLE])
         out[row] = y + zero - p[_LAG] * lag

@@ -1,0 +1,1 @@
+"""What a log of a moving arm says of its servos: identification in time, joint by joint."""
