@@ -22,6 +22,8 @@ _SHARP = 0.5
 # The grain of the readings and its double are no lattice of the commands.
 _BEYOND_GRAIN = 2.6
 _SLOW_RAD_S = 0.05
+# A load that varies by less tells nothing of what grows with it.
+_LOADED_NM = 2e-3
 
 
 @dataclass(frozen=True)
@@ -50,17 +52,26 @@ def starts(problem: MotionProblem, series: Series, p: Array, e: Array, active: S
     """List all that may be added to what a joint has already: other effects, and further steps of those it has."""
     taken = {slot.slot for form in active for slot in form.slots}
     names = {form.effect for form in active}
+    loaded = problem.has_load and bool(np.ptp(series.load_nm[series.used]) > _LOADED_NM)
+
+    def may(slots: tuple[Slot, ...]) -> bool:
+        of_load = any("load" in slot.slot for slot in slots)
+        # What grows with the motor's own torque makes the loop slower, which a slower loop explains more simply.
+        of_drive = any("drive" in slot.slot for slot in slots)
+        free = not taken & {slot.slot for slot in slots}
+        return free and (loaded or not of_load) and ("time_constant_s" in taken or not of_drive)
+
     out: list[Start] = []
     for effect in motion_catalogue().values():
-        if effect.needs_load and not problem.has_load:
+        if effect.needs_load and not loaded:
             continue
         if effect.name in names:
             for number, slots in enumerate(effect.further, start=1):
-                if not taken & {slot.slot for slot in slots} and (problem.has_load or "load" not in slots[0].slot):
+                if may(slots):
                     out += _starts_of(Form(effect.name, slots, number), series, p, e)
             continue
         for form in forms_of(effect):
-            if not taken & {slot.slot for slot in form.slots}:
+            if may(form.slots):
                 out += _starts_of(form, series, p, e)
     return out
 
@@ -109,7 +120,7 @@ def _lattices(series: Series, zero_rad: float) -> list[tuple[float | None, ...]]
 
 
 def _jumps(series: Series, e: Array) -> list[tuple[float | None, ...]]:
-    """Return when the remainder's mean most plainly changes, if at all, for the whole log and after the first change."""
+    """Return the two moments at which the remainder's mean most plainly changes."""
     out: list[tuple[float | None, ...]] = []
     used = np.flatnonzero(series.used)
     capped = np.clip(e[used], *np.quantile(e[used], [0.01, 0.99]))

@@ -1,4 +1,4 @@
-"""Fitting a joint's loop to its readings: Gauss-Newton with damping, bounds and a loss that gross errors do not bend."""
+"""Fitting a joint's loop to its readings: damped Gauss-Newton with bounds, and a loss that gross errors do not bend."""
 
 from __future__ import annotations
 

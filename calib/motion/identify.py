@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from armtwin.calib.motion.events import gross_rows, missed_rows, without_commands
 from armtwin.calib.motion.fit import Fit, fit, robust_cost, scale_of
-from armtwin.calib.motion.problem import MotionProblem
+from armtwin.calib.motion.problem import MotionProblem, at_zeros
 from armtwin.calib.motion.sampling import Late, late, refined
-from armtwin.calib.motion.search import JointModel, delayed, noise_of, search_joint
+from armtwin.calib.motion.search import JointModel, delayed, noise_of, search_joint, weighed
 from armtwin.calib.motion.series import deviance_gain
 from armtwin.models.motion.loop import INDEX, neutral
 
@@ -53,25 +53,28 @@ def identify(problem: MotionProblem, tell: Callable[[str], None] = lambda _: Non
     """Find what is wrong with a moving arm, in bounded time."""
     n = problem.recording.n_joints
 
-    def search(joint: int, base: Array | None) -> JointModel:
+    def search(joint: int, base: Array | None, *, ties: bool = True) -> JointModel:
         tell(f"following joint {joint + 1} of {n} through its commands")
-        return search_joint(problem, joint, base, lambda what: tell(f"found {what}"))
+        return search_joint(problem, joint, base, lambda what: tell(f"found {what}"), ties=ties)
 
     tell("looking for a moment from which on all joints answer later")
     found = late(problem, [delayed(problem, joint) for joint in range(n) if problem.moves(joint)])
-    models = [search(joint, None) for joint in range(n)]
+    models = [search(joint, None, ties=False) for joint in range(n)]
+    problem = at_zeros(problem, np.array([m.fit.p[INDEX["zero_rad"]] for m in models]))
     base = None
-    found = found or late(problem, [m for m in models if problem.moves(m.joint)])
+    moving = [m for m in models if problem.moves(m.joint)]
+    found = found or late(problem, moving) or late(problem, moving, within=True)
     if found is not None:
-        again = [search(joint, found.put(neutral())) for joint in range(n)]
-        finer = refined(problem, [m for m in again if problem.moves(m.joint)], found)
-        if finer is not None and finer != found:
-            found = finer
-            again = [search(joint, found.put(neutral())) for joint in range(n)]
+        again = [search(joint, found.put(neutral()), ties=False) for joint in range(n)]
+        found = refined(problem, [m for m in again if problem.moves(m.joint)], found) or found
         if _worth_it(problem, models, again):
-            models, base = again, found.put(neutral())
+            base = found.put(neutral())
         else:
             found = None
+    if base is None and not problem.has_load:
+        models = [weighed(problem, model) for model in models]
+    else:
+        models = [search(joint, base) for joint in range(n)]
     gross: dict[int, Rows] = {}
     missed: dict[int, Rows] = {}
     for joint in range(n):

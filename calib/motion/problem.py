@@ -75,16 +75,29 @@ def motion_problem(recording: MovingRecording) -> MotionProblem:
     fitted = ~held
     if fitted.sum() < _LEAST_ROWS:
         raise RecordingError(
-            f"samples.csv: {int(fitted.sum())} rows are left to fit beside what is held out; at least {_LEAST_ROWS} are "
-            "wanted"
+            f"samples.csv: {int(fitted.sum())} rows are left to fit beside what is held out; {_LEAST_ROWS} are wanted"
         )
     steps = grains(recording.q_meas)
     series = tuple(_series(recording, loads, fitted, j, float(steps[j])) for j in range(recording.n_joints))
     return MotionProblem(recording, loads, torques is not None, fitted, held, series, steps)
 
 
+def at_zeros(problem: MotionProblem, zeros_rad: Array) -> MotionProblem:
+    """Return the problem with the loads at the angles that the readings mean, less the joints' zeros (n,), rad."""
+    if not problem.has_load:
+        return problem
+    recording = problem.recording
+    angles = np.where(np.isfinite(recording.q_meas), recording.q_meas - zeros_rad, recording.q_cmd)
+    loads = gravity_torques(recording.arm, angles)
+    assert loads is not None
+    series = tuple(
+        replace(one, load_nm=np.ascontiguousarray(loads[:, joint])) for joint, one in enumerate(problem.series)
+    )
+    return replace(problem, loads_nm=loads, series=series)
+
+
 def grains(q_meas: Array) -> Array:
-    """(n,) steps of the readings (N, n) of each joint; one whose few readings fit another's step has the same encoder."""
+    """(n,) steps of the readings (N, n); a joint whose few readings fit another's step has the same encoder."""
     found = np.array([grain(column) for column in q_meas.T])
     if found.any():
         usual = float(np.median(found[found > 0.0]))
@@ -122,7 +135,7 @@ def _fits(values: Array, step: float) -> bool:
 
 
 def _held(recording: MovingRecording) -> NDArray[np.bool_]:
-    """Return the rows that are kept back: those of named motions, else the last quarter of the motions or of the one."""
+    """Return the rows that are kept back: named motions, else a quarter of the motions, or the last of each."""
     held = np.isin(recording.trajectory, recording.held_out)
     if recording.held_out:
         return held

@@ -17,9 +17,9 @@ from armtwin.calib.motion.candidates import Form, starts
 from armtwin.calib.motion.fit import NEARLY_NOMINAL, ZERO, Fit, fit, robust_cost, scale_of, with_values
 from armtwin.calib.motion.problem import MotionProblem
 from armtwin.calib.motion.screen import promises
-from armtwin.calib.motion.series import Series, deviance_gain, innovations, spread, white_noise, whitening
+from armtwin.calib.motion.series import Series, busiest, deviance_gain, innovations, spread, white_noise, whitening
 from armtwin.models.catalogue.motion_effect import Slot, motion_catalogue
-from armtwin.models.motion.loop import INDEX, NEUTRAL, neutral
+from armtwin.models.motion.loop import INDEX, neutral
 
 Array = NDArray[np.float64]
 
@@ -27,13 +27,21 @@ Array = NDArray[np.float64]
 LEVEL = 1e-3
 # Rounds of the search, and so causes and further steps at one joint.
 _MOST_ROUNDS = 12
+# A longer log is searched in its busiest stretches first.
+_ROWS = 5000
 # So many of the most promising candidates are fitted in full, one start of each form.
-_FITTED = 5
-_FIRST_ROUNDS, _ROUNDS = 5, 12
+_FITTED = 4
+_FEW_ROUNDS, _FIRST_ROUNDS, _ROUNDS = 3, 5, 12
+# A motion of so many rows is asked; what some lose may be so much of what others gain.
+_A_MOTION, _WORSE = 100, 0.15
+# A rival that leaves less by this share takes a form's place.
+_CLEARLY = 0.02
 # A remainder that is this near to the noise, and without memory, is noise.
 _AT_NOISE = 1.05
-# A cause that takes away less than this of the remainder's innovations matters to nobody, whatever its significance.
+# A cause that takes away less than this of the remainder's innovations matters to nobody, whatever its significance;
+# and one that takes less than this of what the remainder has beyond the noise is the imperfect form of the others.
 _LEAST_SHARE = 0.004
+_OF_THE_EXCESS = 0.08
 # What moves the angles by less than so much of the readings' step (rounding has 0.29 of one), or of their noise, is no
 # cause: rounding is no chance, and no twin is exact.
 _OF_A_STEP, _OF_THE_NOISE = 0.35, 0.3
@@ -95,23 +103,51 @@ def search_joint(
     joint: int,
     base: Array | None = None,
     hear: Callable[[str], None] = lambda _: None,
+    *,
+    ties: bool = True,
 ) -> JointModel:
-    """Find what is wrong with one joint, beyond what `base` holds (values of a loop; by default the nominal servo)."""
+    """Find what is wrong with one joint, beyond what `base` holds (values of a loop; by default the nominal servo).
+
+    Without `ties` rivals are not asked whether they explain as much: for a first look.
+    """
     series = problem.series[joint]
     nominal = neutral() if base is None else base
     geometric = fit(series, nominal, fitted_slots(()), noise_of(series, series.remainder(nominal)), rounds=6)
     model = JointModel(joint, (), geometric, geometric, noise_of(series, geometric.e))
     if not problem.moves(joint):
         return model
+    short = busiest(series, _ROWS)
+    if short is not series:  # what explains the busiest stretches is looked for there, and asked of all rows
+        found = _searched(problem, short, _over(short, model), hear)
+        model = _pruned(problem, series, _polished(series, replace(found, geometric=geometric)), last=True)
+    model = _searched(problem, series, model, hear)
+    return weighed(problem, model) if ties else _pruned(problem, series, model, last=True)
+
+
+def weighed(problem: MotionProblem, model: JointModel) -> JointModel:
+    """Ask each cause's rivals whether they explain as much, and drop what does not weigh."""
+    series = problem.series[model.joint]
+    return _pruned(problem, series, _with_equivalents(problem, series, model), last=True)
+
+
+def _over(series: Series, model: JointModel) -> JointModel:
+    """Return a model with its remainder over another choice of rows."""
+    e = series.remainder(model.fit.p)
+    found = Fit(model.fit.p, e, robust_cost(e, scale_of(series, e, model.noise_rad)))
+    return replace(model, fit=found, geometric=found, noise_rad=noise_of(series, e))
+
+
+def _searched(problem: MotionProblem, series: Series, model: JointModel, hear: Callable[[str], None]) -> JointModel:
+    """Add causes until none weighs any more."""
     for _ in range(_MOST_ROUNDS):
         if _is_noise(series, model):
             break
         grown = _grown(problem, series, model)
         if grown is None:
             break
-        hear(f"{grown.forms[-1].effect} at joint {joint + 1}")
-        model = _pruned(problem, series, grown)
-    return _pruned(problem, series, _with_equivalents(problem, series, model), last=True)
+        hear(f"{grown.forms[-1].effect} at joint {model.joint + 1}")
+        model = _pruned(problem, series, _exchanged(problem, series, grown))
+    return model
 
 
 def delayed(problem: MotionProblem, joint: int) -> JointModel:
@@ -119,8 +155,11 @@ def delayed(problem: MotionProblem, joint: int) -> JointModel:
     series = problem.series[joint]
     form = Form("latency", motion_catalogue()["latency"].forms[0])
     floor = series.grain_rad / np.sqrt(12.0)
-    tried = [with_values(neutral(), form.slots, [start]) for start in (0.0, *form.slots[0].starts)]
-    best = min((fit(series, p, fitted_slots((form,)), floor, _FIRST_ROUNDS) for p in tried), key=lambda one: one.cost)
+    nominal = neutral()
+    tried = [nominal]
+    tried += [with_values(nominal, form.slots, [start]) for start in form.slots[0].starts]
+    fits = [fit(series, p, fitted_slots((form,)), floor, _FIRST_ROUNDS) for p in tried]
+    best = min(fits, key=lambda one: one.cost)
     return JointModel(joint, (form,), best, best, noise_of(series, best.e))
 
 
@@ -146,6 +185,28 @@ def _grown(problem: MotionProblem, series: Series, model: JointModel) -> JointMo
     if best is None:
         return None
     return _polished(series, best)
+
+
+def _exchanged(problem: MotionProblem, series: Series, model: JointModel) -> JointModel:
+    """Put what an earlier form is taken for in its place, where that explains more now that others stand beside it."""
+    for number in range(len(model.forms)):
+        if number >= len(model.forms) or model.forms[number].ladder:
+            continue
+        gone = model.forms[number]
+        rivals = _rivals(gone.effect) - set(model.effects)
+        less = _without(series, model, number, rounds=_FEW_ROUNDS)
+        tried = [s for s in starts(problem, series, less.fit.p, less.fit.e, less.forms) if s.form.effect in rivals]
+        for trial in _alternatives(problem, series, less, tried):
+            extra = max(0, len(trial.forms[-1].slots) - len(gone.slots))
+            if trial.fit.cost * (1.0 + _CLEARLY * (1 + extra)) < model.fit.cost:
+                model = _polished(series, trial)
+    return model
+
+
+def _rivals(effect: str) -> set[str]:
+    """Return what an effect is taken for, or is taken for it."""
+    known = motion_catalogue()
+    return {name for name in known if name in known[effect].confused_with or effect in known[name].confused_with}
 
 
 def _polished(series: Series, model: JointModel) -> JointModel:
@@ -207,23 +268,50 @@ def _trials(slot: Slot, p: Array, row_s: float) -> list[Array]:
         step = float(p[INDEX["step_rad"]])
         return [step * np.linspace(-0.4, 0.4, 33), step * np.linspace(-0.025, 0.025, 11)]
     if slot.slot.endswith("_s"):  # a moment
-        return [row_s * np.arange(-12, 13)]
+        return [row_s * np.arange(-12.0, 13.0)]
     if slot.slot == "step_rad":
         return [at * np.linspace(-0.004, 0.004, 33), at * np.linspace(-2.5e-4, 2.5e-4, 11)]
     return [at * np.linspace(-0.2, 0.25, 46), at * np.linspace(-0.01, 0.01, 21)]
 
 
-def _weighs(problem: MotionProblem, series: Series, before: Array, after: Array, n_slots: int) -> bool:
+def _weighs(
+    problem: MotionProblem, series: Series, before: Array, after: Array, n_slots: int, *, new: bool = True
+) -> bool:
+    """Whether what `after` has beyond `before` is a cause; what stands already is asked less than what is `new`."""
     used = series.used
     moved = float(np.sqrt(np.mean((before - after)[used] ** 2)))
     if moved < max(_OF_A_STEP * series.grain_rad, _OF_THE_NOISE * noise_of(series, after)):
+        return False
+    least = used.sum() * noise_of(series, after) ** 2
+    plain = float((before[used] ** 2).sum()), float((after[used] ** 2).sum())  # what stops an arm shows as gross errors
+    capped = _squares(before[used]), _squares(after[used])
+    if all(old - left < _OF_THE_EXCESS * (old - least) for old, left in (plain, capped)):
+        return False
+    if new and not _holds_in_all_motions(problem, used, before, after):
         return False
     gain = deviance_gain(before[used], after[used], series.grain_rad / np.sqrt(12.0))
     return gain > max(threshold(n_slots, _tried(problem)), _LEAST_SHARE * used.sum())
 
 
+def _holds_in_all_motions(problem: MotionProblem, used: NDArray[np.bool_], before: Array, after: Array) -> bool:
+    """Whether no motion is followed plainly worse: a delay, a lag or a friction is one number over all of them."""
+    changes: list[float] = []
+    for motion in problem.recording.motions:
+        rows = problem.recording.rows_of(motion)
+        rows = rows[used[rows]]
+        if len(rows) >= _A_MOTION:
+            changes.append(_squares(after[rows]) - _squares(before[rows]))
+    worse, better = sum(c for c in changes if c > 0.0), -sum(c for c in changes if c < 0.0)
+    return worse <= _WORSE * better
+
+
+def _squares(e: Array) -> float:
+    """Return the sum of squares, in which no reading counts for more than six deviations."""
+    return float((np.minimum(np.abs(e), 6.0 * max(spread(e), 1e-12)) ** 2).sum())
+
+
 def _better(series: Series, one: JointModel, other: JointModel) -> bool:
-    """Whether one model explains the readings better than another: by its innovations, each number costing its share."""
+    """Whether one model explains the readings better than another; each number costs its share."""
     used = series.used
     gain = deviance_gain(other.fit.e[used], one.fit.e[used], series.grain_rad / np.sqrt(12.0))
     extra = len(one.forms[-1].slots) - len(other.forms[-1].slots)
@@ -235,7 +323,7 @@ def _better(series: Series, one: JointModel, other: JointModel) -> bool:
     return gain + memory > _AS_GOOD * extra
 
 
-def _without(series: Series, model: JointModel, number: int) -> JointModel:
+def _without(series: Series, model: JointModel, number: int, rounds: int = _ROUNDS) -> JointModel:
     """Take a form out, with the further steps of its effect, and fit what is left again."""
     gone = model.forms[number]
     stay = tuple(
@@ -250,8 +338,14 @@ def _without(series: Series, model: JointModel, number: int) -> JointModel:
         for slot in form.slots:
             if slot.slot not in kept:
                 p[INDEX[slot.slot]] = model.geometric.p[INDEX[slot.slot]]
-    found = fit(series, p, slots, model.noise_rad, _ROUNDS)
+    found = fit(series, p, slots, model.noise_rad, rounds)
     return replace(model, forms=stay, fit=found)
+
+
+def without(series: Series, model: JointModel, effect: str) -> JointModel:
+    """Take an effect out with all its forms, and fit what is left again."""
+    first = next(number for number, form in enumerate(model.forms) if form.effect == effect)
+    return _without(series, model, first)
 
 
 def _pruned(problem: MotionProblem, series: Series, model: JointModel, *, last: bool = False) -> JointModel:
@@ -262,7 +356,7 @@ def _pruned(problem: MotionProblem, series: Series, model: JointModel, *, last: 
             less = _without(series, model, number)
             gone = [f for f in model.forms if f not in less.forms]
             n = sum(len(f.slots) for f in gone)
-            if not _weighs(problem, series, less.fit.e, model.fit.e, n):
+            if not _weighs(problem, series, less.fit.e, model.fit.e, n, new=False):
                 losses.append((less.fit.cost, less, form))
         if not losses:
             return model
@@ -272,7 +366,7 @@ def _pruned(problem: MotionProblem, series: Series, model: JointModel, *, last: 
 
 
 def _with_equivalents(problem: MotionProblem, series: Series, model: JointModel) -> JointModel:
-    """Try every other effect in the place of each: take what explains more, and list what explains as much."""
+    """Try what is taken for each effect in its place: take what explains more, and list what explains as much."""
     ties: list[tuple[str, str]] = []
     number = 0
     used = series.used
@@ -282,8 +376,8 @@ def _with_equivalents(problem: MotionProblem, series: Series, model: JointModel)
             number += 1
             continue
         less = _without(series, model, number)
-        named = set(less.effects) | {form.effect}
-        tried = [s for s in starts(problem, series, less.fit.p, less.fit.e, less.forms) if s.form.effect not in named]
+        rivals = _rivals(form.effect) - set(less.effects)
+        tried = [s for s in starts(problem, series, less.fit.p, less.fit.e, less.forms) if s.form.effect in rivals]
         swapped = False
         for trial in _alternatives(problem, series, less, tried):
             gain = deviance_gain(model.fit.e[used], trial.fit.e[used], series.grain_rad / np.sqrt(12.0))
@@ -301,13 +395,3 @@ def _with_equivalents(problem: MotionProblem, series: Series, model: JointModel)
     known = set(model.effects)
     kept = tuple(dict.fromkeys(t for t in ties if t[0] in known and t[1] not in known))
     return replace(model, equivalents=kept)
-
-
-def value(model: JointModel, slot: str) -> float:
-    """Return a value of a joint's loop."""
-    return float(model.fit.p[INDEX[slot]])
-
-
-def is_neutral(model: JointModel, slot: str) -> bool:
-    """Whether a value is the nominal servo's."""
-    return value(model, slot) == NEUTRAL[slot]

@@ -1,12 +1,13 @@
 """One joint's part of a moving recording, laid out for the loop, and how its remainder is weighed.
 
-Rows of a log are not independent readings: what the model leaves has a memory of many rows. So the remainder is whitened
-by an autoregression fitted to itself before anything is tested, and intervals come from whole blocks (`uncertainty.py`).
+Rows of a log are not independent readings: what the model leaves has a memory of many rows. So the remainder is
+whitened by an autoregression fitted to itself before anything is tested, and intervals come from whole blocks
+(`uncertainty.py`).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ _ORDER = 6
 # What lies further out, in robust deviations, has no more weight in a test: Gaussian noise does not reach it.
 _CAP = 6.0
 _MAD_TO_STD = 1.4826
+_LEAST_STRETCH, _FORGETS_S = 300, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +63,34 @@ class Series:
     def remainder(self, p: Array) -> Array:
         """(N,) predicted less measured, rad; 0 in rows that do not count."""
         return np.where(self.used, self.predicted(p) - self.measured, 0.0)
+
+
+def busiest(series: Series, most_rows: int) -> Series:
+    """Return the series with the busiest stretch of every motion alone, about `most_rows` in all.
+
+    A stretch begins at the angle measured there; what the loop remembers of before is gone after `_FORGETS_S`.
+    """
+    total = int(series.used.sum())
+    if total <= most_rows:
+        return series
+    wanted, used, first = np.zeros_like(series.wanted), series.used.copy(), series.first.copy()
+    begins = np.flatnonzero(series.first)
+    for begin, end in zip(begins, np.append(begins[1:], len(series)), strict=True):
+        rows = int(series.used[begin:end].sum())
+        length = max(_LEAST_STRETCH, round(most_rows * rows / total))
+        if rows == 0:
+            continue
+        if end - begin > length:
+            busy = np.cumsum(np.abs(np.diff(series.sent[begin:end], prepend=series.sent[begin])))
+            at = begin + int(np.argmax(busy[length:] - busy[:-length]))
+            end = at + length
+        else:
+            at = begin
+        wanted[at:end] = True
+        if at > begin:
+            first[at] = True
+            used[at : at + int(np.searchsorted(series.time_s[at:end] - series.time_s[at], _FORGETS_S))] = False
+    return replace(series, wanted=wanted & series.wanted, used=used & wanted, first=first)
 
 
 def spread(e: Array) -> float:
@@ -103,7 +133,8 @@ def innovations(e: Array, taps: Array) -> Array:
 def deviance_gain(before: Array, after: Array, floor_rad: float) -> float:
     """Return how much better a model explains the rows: the fall of the sum of squares of its innovations.
 
-    It is in units of their variance. The filter and the variance are those of the better model, whose remainder is nearer to noise.
+    It is in units of their variance. Filter and variance are those of the better model, whose remainder is nearer to
+    noise.
     """
     taps = whitening(after)
     new, old = innovations(after, taps), innovations(before, taps)

@@ -20,7 +20,15 @@ from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
 from armtwin.models.catalogue.site import Site
 from armtwin.models.motion_world import MotionWorld
 
-_SHARES = (0.0, 0.95)
+_COULOMB = Slot("coulomb_rad", "coulomb_rad", (0.0, 0.3), (0.003, 0.012, 0.04), 0.002)
+_STRIBECK = (
+    Slot("stribeck_rad", "stribeck_rad", (0.0, 0.3), (0.006,), 0.002),
+    Slot("stribeck_speed_rad_s", "stribeck_speed_rad_s", (0.005, 3.0), (0.05, 0.3), 0.02),
+)
+_SHARES = (
+    Slot("load_share", "load_share", (0.0, 0.95), (0.05, 0.3), 0.02),
+    Slot("drive_share", "drive_share", (0.0, 0.95), (0.05, 0.3), 0.02),
+)
 
 
 def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Site) -> MotionWorld:
@@ -34,14 +42,11 @@ IN_MOTION = MotionEffect(
     name="friction",
     summary="dry friction beyond the twin's: the servo stands still while its error is small",
     where="joint",
-    forms=((Slot("coulomb_rad", "coulomb_rad", (0.0, 0.3), (0.003, 0.012, 0.04), 0.002),),),
+    forms=((_COULOMB,), (_COULOMB, *_STRIBECK), (_COULOMB, _SHARES[0]), (_COULOMB, *_STRIBECK, _SHARES[0])),
     further=(
-        (
-            Slot("stribeck_rad", "stribeck_rad", (0.0, 0.3), (0.003, 0.01), 0.002),
-            Slot("stribeck_speed_rad_s", "stribeck_speed_rad_s", (0.005, 3.0), (0.05, 0.3), 0.02),
-        ),
-        (Slot("load_share", "load_share", _SHARES, (0.05, 0.3), 0.02),),
-        (Slot("drive_share", "drive_share", _SHARES, (0.05, 0.3), 0.02),),
+        _STRIBECK,
+        (_SHARES[0],),
+        (_SHARES[1],),
         (Slot("stribeck_drive_share", "stribeck_drive_share", (0.0, 2.0), (0.05, 0.3), 0.02),),
         (Slot("stribeck_load_share", "stribeck_load_share", (0.0, 2.0), (0.05, 0.3), 0.02),),
     ),

@@ -285,8 +285,8 @@ IN_MOTION = MotionEffect(
             Slot("third_order_per_rad2", "twist", (-0.5, 0.5), (0.0,), 0.005),
         ),
         (
-            Slot("sine_rad", "ripple_sin_rad", (-0.3, 0.3), (0.0,), 0.002),
-            Slot("cosine_rad", "ripple_cos_rad", (-0.3, 0.3), (0.0,), 0.002),
+            Slot("sine_rad", "ripple_sin_rad", (-0.1, 0.1), (0.0,), 0.002),
+            Slot("cosine_rad", "ripple_cos_rad", (-0.1, 0.1), (0.0,), 0.002),
             Slot(
                 "cycles_per_turn",
                 "ripple_per_turn",

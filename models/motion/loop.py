@@ -9,8 +9,7 @@ The loop follows the error e between the command and the shaft:
 where all torques are divided by the loop's stiffness, so that they are angles of error: what the recording of angles
 alone can tell. With time constant 0.020 s, limit 6.16 rad/s and nothing else it is the nominal servo. A step solves for
 its mean speed, exactly without inertia and implicitly with it, and takes dry friction exactly: the shaft stands still
-while the drive is within the friction (a proximal step). A command acts by its mean over the step, so that the angle is
-a smooth function of the delay.
+while the drive is within the friction (a proximal step).
 """
 
 from __future__ import annotations
@@ -71,6 +70,8 @@ INDEX: dict[str, int] = {name: number for number, name in enumerate(SLOTS)}
 _STEP_S = 0.004
 # A pause of seconds is passed in steps of its own length over this many: the arm rests long before.
 _MOST_STEPS = 250
+# Times that are nearer than this are one.
+_INSTANT_S = 1e-7
 
 (
     _DELAY, _LATE_FROM, _LATE_UNTIL, _LATE, _GAIN, _BEND, _TWIST, _R_SIN, _R_COS, _R_TURN, _STEP, _ORIGIN, _DEAD,
@@ -138,32 +139,31 @@ def follow(
             w = lag = 0.0
             out[row] = measured[row]
             continue
-        span = time_s[row] - time_s[row - 1]
-        steps = min(max(int(np.ceil(span / _STEP_S)), 1), _MOST_STEPS)
-        h = span / steps
-        # A first-order loop's way in a step is known exactly: the error falls by exp(-h / time constant).
-        resistance = h / (1.0 - np.exp(-h / p[_TAU]))
-        # Inertia that lasts over steps is integrated by the trapezoidal rule, what is gone within one implicitly.
-        mass = p[_INERTIA] / h
-        new = max(0.5, 1.0 - mass / resistance)
-        for step in range(steps):
-            now = time_s[row - 1] + step * h
-            begin = now - p[_DELAY]
-            if p[_LATE_FROM] <= now < p[_LATE_UNTIL]:
-                begin -= p[_LATE]
-            end = begin + h
-            while k + 1 < n and time_s[k + 1] <= begin:
+        begin, end = time_s[row - 1], time_s[row]
+        longest = max(_STEP_S, (end - begin) / _MOST_STEPS)
+        now = begin
+        while now < end - _INSTANT_S:
+            late = p[_LATE_FROM] <= now + _INSTANT_S < p[_LATE_UNTIL]
+            shift = p[_DELAY] + (p[_LATE] if late else 0.0)
+            while k + 1 < n and time_s[k + 1] + shift <= now + _INSTANT_S:
                 k += 1
-            while k > 0 and time_s[k] > begin:
+            while k > 0 and time_s[k] + shift > now + _INSTANT_S:
                 k -= 1
-            total, since, number = 0.0, begin, k
-            while number + 1 < n and time_s[number + 1] < end:
-                if time_s[number + 1] > since:
-                    total += heard[number] * (time_s[number + 1] - since)
-                    since = time_s[number + 1]
-                number += 1
-            command = (total + heard[number] * (end - since)) / h
-            load = load_nm[row - 1] + (load_nm[row] - load_nm[row - 1]) * (step + 0.5) / steps
+            # A step ends where the next command is heard, so that the angle is a smooth function of the delay.
+            until = min(end, now + longest)
+            if k + 1 < n:
+                until = min(until, time_s[k + 1] + shift)
+            if now + _INSTANT_S < p[_LATE_FROM] < until:
+                until = p[_LATE_FROM]
+            h = until - now
+            # A first-order loop's way in a step is known exactly: the error falls by exp(-h / time constant).
+            resistance = h / (1.0 - np.exp(-h / p[_TAU]))
+            # Inertia that lasts over steps is integrated by the trapezoidal rule, what is gone within one implicitly.
+            mass = p[_INERTIA] / h
+            new = max(0.5, 1.0 - mass / resistance)
+            command = heard[k]
+            load = load_nm[row - 1] + (load_nm[row] - load_nm[row - 1]) * (0.5 * (now + until) - begin) / (end - begin)
+            now = until
             sag = p[_DROOP] * load
             motor = command - x
             drive = motor - sag + (mass - resistance * (1.0 - new)) * w

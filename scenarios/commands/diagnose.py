@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from armtwin.models.errors import InputError
+from armtwin.models.recordings.moving_reader import is_moving
 from armtwin.models.recordings.writer import write_recording
 from armtwin.scenarios.benches.spec import KINDS, bench_spec
 from armtwin.scenarios.closed_loop import close_loop_on, described
@@ -19,6 +20,7 @@ from armtwin.scenarios.commands.own_effects import OwnEffects, register_own
 from armtwin.scenarios.diagnosis.measured import measured
 from armtwin.scenarios.diagnosis.pipeline import report_on, write_report
 from armtwin.scenarios.diagnosis.summary import print_summary
+from armtwin.scenarios.motion.pipeline import print_motion, report_motion, write_motion
 
 
 def diagnose_command(
@@ -55,6 +57,14 @@ def diagnose_command(
 
     Example: armtwin diagnose out/paper/recordings/before --out diagnosed
     """
+    if recording is not None and is_moving(recording):
+        if bench is not None or mend:
+            option = "--mend" if bench is None else "--bench"
+            raise InputError(
+                f"{option}: this is a recording of a moving arm, which is diagnosed as it stands; leave it out"
+            )
+        _diagnose_motion(recording, out)
+        return
     where = None if bench is None else bench_spec(bench, token=token)
     register_own(effects)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
@@ -87,4 +97,21 @@ def diagnose_command(
     print_summary(Console(), report)
     if mended is not None:
         typer.echo(f"Recording without the errors of the set-up written to {out / 'mended'}")
+    typer.echo(f"Report written to {out / 'report.html'}, diagnosis.json and twin.toml beside it")
+
+
+def _diagnose_motion(recording: Path, out: Path) -> None:
+    """Diagnose a recording of a moving arm."""
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    screen = Console(stderr=True)
+    with (
+        ended_as_by_ctrl_c(),
+        only_results(out),
+        Progress(*columns, console=screen, transient=True, disable=not screen.is_terminal) as progress,
+    ):
+        bar = progress.add_task("reading the recording", total=None)
+        found = report_motion(recording, lambda what: progress.update(bar, description=what))
+        progress.update(bar, description="writing the report")
+        write_motion(out, recording.resolve().name, found)
+    print_motion(Console(), found)
     typer.echo(f"Report written to {out / 'report.html'}, diagnosis.json and twin.toml beside it")

@@ -1,0 +1,133 @@
+"""A moving arm's diagnosis in sentences, for the terminal and the report."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from armtwin.calib.motion.diagnosis import Estimate, MotionCause, MotionDiagnosis
+from armtwin.models.catalogue.motion_effect import motion_effect_named
+from armtwin.models.statistics import Z95
+
+
+def where(found: MotionDiagnosis, cause: MotionCause) -> str:
+    """Return the joint by number and name, or 'whole arm'."""
+    if cause.joint is None:
+        return "whole arm"
+    name = found.recording.joint_names[cause.joint - 1]
+    return f"joint {cause.joint}" if name == f"joint {cause.joint}" else f"joint {cause.joint} ({name})"
+
+
+def label(found: MotionDiagnosis, cause: MotionCause) -> str:
+    """Return a cause's name with its place."""
+    return f"{cause.effect} ({where(found, cause)})"
+
+
+def headline(found: MotionDiagnosis) -> str:
+    """Return the verdict in one sentence."""
+    named = ", ".join(label(found, cause) for cause in found.causes)
+    if found.verdict == "none":
+        return "Nothing is wrong beyond the noise: the nominal servo moves as the recording says."
+    if found.verdict == "named":
+        return f"The cause{'s are' if len(found.causes) > 1 else ' is'} {named}."
+    if found.verdict == "ambiguous":
+        tied = [cause for cause in found.causes if cause.equivalents]
+        ties = "; ".join(f"{label(found, cause)} from {' or '.join(cause.equivalents)}" for cause in tied)
+        sure = [label(found, cause) for cause in found.causes if not cause.equivalents]
+        return f"These motions cannot tell {ties}" + (f"; besides, {', '.join(sure)}." if sure else ".")
+    joints = ", ".join(str(joint + 1) for joint in found.loud)
+    at = f"joint{'s' if len(found.loud) > 1 else ''} {joints}"
+    text = f"What remains at {at} is more than the noise, and no known effect explains it"
+    return text + (f"; found besides: {named}." if named else ".")
+
+
+def gain(found: MotionDiagnosis) -> str:
+    """Return what naming the causes gained on motions that nothing was fitted to."""
+    if not found.held_out:
+        return "No motion was held out."
+    rms = [
+        np.sqrt(np.mean([getattr(one, key) ** 2 for one in found.held_out]))
+        for key in ("command_rms_rad", "nominal_rms_rad", "before_rms_rad", "after_rms_rad", "noise_floor_rad")
+    ]
+    command, nominal, before, after, floor = (f"{1e3 * value:.3g}" for value in rms)
+    names = ", ".join(dict.fromkeys(one.trajectory for one in found.held_out))
+    text = (
+        f"On {names}, which nothing was fitted to, the joints are off by {command} mrad from their commands, "
+        f"{nominal} by the nominal servo, {before} with the zeros fitted and {after} by the extended twin; "
+        f"the noise is {floor} mrad"
+    )
+    if not found.causes:
+        return f"{text}."
+    interval = f"95 % interval {found.gain.low:.1f} to {found.gain.high:.1f} %"
+    return f"{text}. That is {found.gain.percent:.1f} % less ({interval})."
+
+
+def parameter_words(name: str, one: Estimate) -> tuple[str, str]:
+    """Return a parameter's value and 95 % interval as a person reads them."""
+    unit = "°" if name.endswith("_rad") else " ms" if name in ("delay_s", "time_constant_s") else ""
+    factor = {"°": 180.0 / np.pi, " ms": 1e3, "": 1.0}[unit]
+    if name == "side":
+        return ("stops growing angles" if one.value > 0 else "stops falling angles"), "–"
+    value = f"{one.value:.4g}" + (f" ({one.value * factor:.3g}{unit})" if unit else "")
+    if one.std is None:
+        return value, "–"
+    low, high = one.value - Z95 * one.std, one.value + Z95 * one.std
+    return value, f"{low:.4g} to {high:.4g}" + (f" ({low * factor:.3g} to {high * factor:.3g}{unit})" if unit else "")
+
+
+def notes(found: MotionDiagnosis) -> list[str]:
+    """Say what this recording cannot tell, and what was taken for what."""
+    out = []
+    recording = found.recording
+    if recording.clock == "synthetic":
+        out.append(
+            "Times were made from row numbers and a nominal rate: a delay in seconds is as true as the rate stated."
+        )
+    if any(cause.effect == "latency" for cause in found.causes):
+        out.append("A late command and a late clock of the readings look the same: the delay is the sum of both.")
+    if any(cause.effect == "friction" for cause in found.causes):
+        out.append(
+            "At one P gain and one load a band of friction looks like play behind an encoder on the motor's side; it "
+            "is called friction where its size follows the drive or the load, or where the servo's answer rounds."
+        )
+    if not found.problem.has_load:
+        out.append("The arm's masses are not known: what grows with the load cannot be looked for.")
+    still = [j + 1 for j in range(recording.n_joints) if not found.problem.moves(j)]
+    if still:
+        joints = f"Joint{'s' if len(still) > 1 else ''} {', '.join(map(str, still))}"
+        out.append(f"{joints} got no commands to move: nothing is said of them.")
+    grains = found.problem.grains_rad
+    if grains.any():
+        steps = ", ".join(f"{np.degrees(g):.3g}°" for g in sorted(set(np.round(grains[grains > 0], 6))))
+        out.append(f"Readings come in steps of {steps}; a step/√12 is the floor of their noise.")
+    missing = int(np.isnan(recording.q_meas).any(axis=1).sum())
+    if missing:
+        out.append(f"{missing} rows lack a measured angle; they are passed over.")
+    return out
+
+
+def next_motion(found: MotionDiagnosis) -> dict[str, Any] | None:
+    """Return the motion that breaks the first tie, or None where none is needed."""
+    for cause in found.causes:
+        if cause.equivalents:
+            effect = motion_effect_named(cause.effect)
+            other = motion_effect_named(cause.equivalents[0])
+            return {
+                "trajectory": f"joint {cause.joint}: {effect.experiment}",
+                "tells_apart": [cause.effect, *cause.equivalents],
+                "why": f"{effect.name}: {effect.summary}; {other.name}: {other.summary}; these motions show both alike",
+            }
+    return None
+
+
+def what_next(found: MotionDiagnosis) -> str:
+    """Return what to do now."""
+    motion = next_motion(found)
+    if motion is not None:
+        return f"Record next, to tell {' from '.join(motion['tells_apart'])}: {motion['trajectory']}."
+    if found.verdict == "none":
+        return "Use the nominal servo as it is."
+    if found.verdict == "unknown":
+        return "Look at what the remainder follows, or record steps, slow reversals and holds of the joint in question."
+    return "Use twin.toml: it is the arm with these causes in it."
