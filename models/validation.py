@@ -11,6 +11,7 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from armtwin.models.arm_form import MOST_JOINTS, form_named
 from armtwin.models.errors import InputError, nearest, shown
 from armtwin.models.lenses import lens_named
+from armtwin.models.validator_words import in_words
 
 Model = TypeVar("Model", bound=BaseModel)
 # No measure of an arm on a table comes near it in any unit; beyond about 1e150 the square of a number overflows.
@@ -192,9 +193,7 @@ def _one_line(model: type[BaseModel], error: ValidationError, file: str) -> str:
         return ": ".join([file, *place, f"unknown key '{key}'{hint}{more}"])
     if first["type"] == "missing":
         return ": ".join([file, *place, f"key '{key}' is missing{more}"])
-    message = first["msg"].removeprefix("Value error, ")
-    if first["type"] == "model_type":  # pydantic names the class, which is not the user's
-        message = "a table of keys and values is wanted"
+    message = in_words(first["type"], first["msg"], first.get("ctx") or {})
     found = "" if first["type"] == "value_error" else f", found {short(first.get('input'))}"
     return ": ".join([file, *place, *([key] if key else []), f"{message}{found}{more}"])
 

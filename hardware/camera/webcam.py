@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from armtwin.hardware.bench.tables import CameraSettings
 from armtwin.hardware.camera.settings import apply_settings, read_back, refuse_mismatch
+from armtwin.hardware.camera.stream_faults import what_it_gives
 from armtwin.models.errors import InputError, JobError
 
 OPEN_TIMEOUT_S = 5.0
@@ -83,6 +84,10 @@ class Webcam:
         self._thread.start()
         try:
             self.after(WARM_UP_PICTURES - 1, timeout_s=OPEN_TIMEOUT_S)
+        except CameraLostError:
+            self.close()
+            self._refuse_no_stream()
+            raise
         except BaseException:  # also Ctrl-C: the camera must not stay busy
             self.close()
             raise
@@ -157,9 +162,16 @@ class Webcam:
             device = cv2.VideoCapture(self.source, cv2.CAP_FFMPEG, limits)
         if not device.isOpened():
             device.release()
-            what = "is its server running, and is it MJPEG?" if self.is_stream else "is it a camera or video, and free?"
+            self._refuse_no_stream()
+            what = "is it an MJPEG stream?" if self.is_stream else "is it a camera or video, and free?"
             raise InputError(f"camera {self.source}: cannot be opened; {what}")
         return device
+
+    def _refuse_no_stream(self) -> None:
+        """Say what the address gives where that is no stream."""
+        found = what_it_gives(self.source) if self.is_stream else None
+        if found is not None:
+            raise InputError(f"camera {self.source}: {found}")
 
     def _refuse_device(self) -> None:
         if not Path(self.source).exists():

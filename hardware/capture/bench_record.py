@@ -8,12 +8,32 @@ from typing import Any
 
 from armtwin.models import atomic
 from armtwin.models.bench import BenchDescription
-from armtwin.models.errors import RecordingError
+from armtwin.models.errors import InputError, RecordingError
 
 
 def write_bench_record(path: Path, bench: BenchDescription, clock_origin_s: float | None) -> None:
     """Keep what commands become on the bench, and the Unix time that its clock counts from; atomically."""
     atomic.write_json(path, {"actuation": dict(bench.actuation), "clock_origin_s": clock_origin_s})
+
+
+def note_hold_out(path: Path, hold_out: tuple[str, ...]) -> None:
+    """Keep which trajectories are to be held out when all poses are there."""
+    atomic.write_json(path, {**_record(path), "hold_out": list(hold_out)})
+
+
+def agreed_hold_out(path: Path, asked: tuple[str, ...] | None) -> tuple[str, ...] | None:
+    """Return what is to be held out: what was asked for so far, where nothing is asked now; None: nothing ever was.
+
+    Raises `InputError` where another is asked for than the capture began with.
+    """
+    found = _record(path).get("hold_out")
+    began = tuple(map(str, found)) if isinstance(found, list) else None
+    if began is not None and asked not in (None, began):
+        raise InputError(
+            f"--hold-out: {', '.join(asked or ()) or 'nothing'} is asked for, the capture in {path.parent} began with "
+            f"{', '.join(began) or 'nothing'}; leave it out, or choose another --out"
+        )
+    return began if asked is None else asked
 
 
 def refuse_other_actuation(path: Path, bench: BenchDescription) -> None:

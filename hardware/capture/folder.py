@@ -21,8 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.hardware.capture.bench_record import (
+    agreed_hold_out,
     clocks_apart_s,
     first_difference,
+    note_hold_out,
     read_json,
     refuse_other_actuation,
     write_bench_record,
@@ -46,11 +48,15 @@ _IGNORED = {".DS_Store", "lost+found"}
 class CaptureFolder:
     """The recording folder of one plan on one arm; `open` it before anything moves."""
 
-    def __init__(self, folder: Path, bench: BenchDescription, plan: Plan) -> None:
+    def __init__(
+        self, folder: Path, bench: BenchDescription, plan: Plan, hold_out: tuple[str, ...] | None = None
+    ) -> None:
+        """Note what is to be captured; `hold_out` are trajectories to be held out, None: what it began with."""
         self.folder = folder
         self.plan = plan
         self._bench = bench
         self._arm, self._camera, self._arm_plane_z_mm = bench.arm, bench.camera, bench.arm_plane_z_mm
+        self._hold_out = hold_out
         self._last_s = 0.0
         self._done = 0
         self._time_offset_s = 0.0
@@ -108,8 +114,12 @@ class CaptureFolder:
             ) from None
         self._done += 1
 
-    def finish(self, held_out: tuple[str, ...]) -> None:
-        """Note the trajectories to be kept for validation, now that all their rows are there, and pack the pictures."""
+    def finish(self, held_out: tuple[str, ...] = ()) -> None:
+        """Note the trajectories to be kept for validation, now that all their rows are there, and pack the pictures.
+
+        These are what was asked for when the capture began, or `held_out` where nothing was.
+        """
+        held_out = held_out if self._hold_out is None else self._hold_out
         path = self.folder / "recording.json"
         header = json.loads(path.read_text("utf-8"))
         if held_out and header.get("held_out") != list(held_out):  # what was measured since stays in the file
@@ -164,6 +174,8 @@ class CaptureFolder:
             write_bench_record(self._bench_file, self._bench, clock_origin_s)
         else:
             self._time_offset_s = clocks_apart_s(self._bench_file, clock_origin_s, self._last_s)
+        if self._hold_out is not None:
+            note_hold_out(self._bench_file, self._hold_out)
         (self.folder / "frames").mkdir(exist_ok=True)
         samples = self.folder / "samples.csv"
         self._handle = os.open(samples, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o644)
@@ -186,6 +198,7 @@ class CaptureFolder:
         times = [self._checked_time(samples, sample, row.cells) for sample, row in enumerate(rows)]
         if rows:
             refuse_other_actuation(self._bench_file, self._bench)
+            self._hold_out = agreed_hold_out(self._bench_file, self._hold_out)
         self._done = len(rows)
         self._last_s = next((time_s for time_s in reversed(times) if time_s is not None), 0.0)
         return [header, *rows][-1].end

@@ -63,7 +63,7 @@ def capture(bench: Bench, plan_name: str, out: Path, hold_out: list[str] | None)
     if not what.hangs_loads and plan.payload_kg.any():
         raise InputError(f"{file}: column 'payload_kg' changes, which needs a person at the terminal to hang the mass")
     check_out_folder(out)
-    recording = CaptureFolder(out, what, plan)
+    recording = CaptureFolder(out, what, plan, None if hold_out is None else held_out)
     recording.check()
     try:
         if recording.done < len(plan):

@@ -55,7 +55,7 @@ def test_an_arm_file_is_read(tmp_path):
     [
         (("[120.0, 121.7, 38.0, 6.73]", "[0.12, 0.1217, 0.038, 0.00673]"), "these look like metres: multiply by 1000"),
         (("[120.0, 121.7, 38.0, 6.73]", "[120.0, 121.7, 38.0]"), "needs 4 entries"),
-        (("[120.0, 121.7, 38.0, 6.73]", "[-120.0, 121.7, 38.0, 6.73]"), "greater than or equal to 0, found -120.0"),
+        (("[120.0, 121.7, 38.0, 6.73]", "[-120.0, 121.7, 38.0, 6.73]"), "at least 0 is wanted, found -120.0"),
         (("[120.0, 121.7, 38.0, 6.73]", "[nan, 121.7, 38.0, 6.73]"), "arm.toml: link_lengths_mm entry 1: "),
         (("armtwin.arm/1", "armtwin.arm/9"), "arm.toml: schema"),
         (("gravity_m_s2", "gravity_ms2"), "unknown key 'gravity_ms2'; did you mean 'gravity_m_s2'"),

@@ -123,7 +123,7 @@ def test_an_effect_of_which_no_arm_can_be_compiled_is_refused_by_name(monkeypatc
             "geometry.joint_errors_rad needs 3 entries for arm 'planar3', found 1",
         ),
         (("geometry", "length_errors_mm"), [0.0] * 5, "geometry.length_errors_mm needs 4 entries"),
-        (("geometry", "length_errors_mm"), ["1", 0.0, 0.0, 0.0], "length_errors_mm entry 1: Input should be a valid"),
+        (("geometry", "length_errors_mm"), ["1", 0.0, 0.0, 0.0], "length_errors_mm entry 1: a number is wanted"),
         (("geometry", "base_in_board_mm"), [float("nan"), 0.0, 0.0], "geometry.base_in_board_mm entry 1: "),
         (("effects",), [{"effect": "backlsh"}], "effect 1: effect: unknown effect 'backlsh'; did you mean 'backlash'"),
         (("effects",), [{"effect": "backlash", "joint": 0}], "effect 1: joint"),

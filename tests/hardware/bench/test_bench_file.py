@@ -182,9 +182,9 @@ def test_a_time_too_short_to_come_to_rest_in_is_refused(
 @pytest.mark.parametrize(
     ("key", "value", "message"),
     [
-        ("zero_us", "1500", "zero_us: Input should be a valid number, found '1500'"),
-        ("min_rad", True, "min_rad: Input should be a valid number, found True"),
-        ("servo", "1", "servo: Input should be a valid integer, found '1'"),
+        ("zero_us", "1500", "zero_us: a number is wanted, found '1500'"),
+        ("min_rad", True, "min_rad: a number is wanted, found True"),
+        ("servo", "1", "servo: a whole number is wanted, found '1'"),
         ("direction", True, "direction: 1 or -1 is wanted, found True"),
     ],
 )

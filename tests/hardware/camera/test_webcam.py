@@ -154,7 +154,7 @@ def test_a_stream_takes_no_settings(streamer: Streamer):
 def test_nothing_at_the_address_is_said_plainly(streamer: Streamer):
     url = streamer.server.url.replace("/stream", "/other")
 
-    with pytest.raises(InputError, match="cannot be opened; is its server running"):
+    with pytest.raises(InputError, match=r"there is no such page on its server \(404\)"):
         Webcam(settings(url), *SIZE).open()
 
 

@@ -26,12 +26,18 @@ SERVOS = ServoMap(np.array([0, 1, 2]), np.full(3, 1500.0), np.array([636.62, -63
 PLAN = Plan(np.array(["a", "a", "b", "b"]), np.linspace(0.0, 0.3, 12).reshape(4, 3), np.zeros(4))
 
 
-def unopened(folder: Path, plan: Plan = PLAN, arm: Arm | None = None, servos: ServoMap = SERVOS) -> CaptureFolder:
+def unopened(
+    folder: Path,
+    plan: Plan = PLAN,
+    arm: Arm | None = None,
+    servos: ServoMap = SERVOS,
+    hold_out: tuple[str, ...] | None = None,
+) -> CaptureFolder:
     limits = JointLimits(np.full(3, -1.2), np.full(3, 1.2), 0.5)
     bench = BenchDescription(
         "hardware", arm or nominal_arm(), nominal_camera(), -80.87, limits, actuation=servos.as_table()
     )
-    return CaptureFolder(folder, bench, plan)
+    return CaptureFolder(folder, bench, plan, hold_out)
 
 
 def begin(folder: Path, plan: Plan = PLAN, arm: Arm | None = None, servos: ServoMap = SERVOS) -> CaptureFolder:
@@ -142,6 +148,49 @@ def test_held_out_trajectories_are_named_when_all_rows_are_there(folder: Path):
     recording = begin(folder)
     recording.finish(("b",))
     recording.close()
+
+    assert read_recording(folder).held_out == ("b",)
+
+
+def broken_off_with(folder: Path, hold_out: tuple[str, ...] | None) -> None:
+    recording = unopened(folder, hold_out=hold_out)
+    recording.open()
+    recording.add(frame(0))
+    recording.close()
+
+
+@pytest.mark.parametrize("asked", [None, ("b",)], ids=["not asked again", "asked again"])
+def test_what_was_to_be_held_out_is_held_out_by_the_capture_that_goes_on(folder: Path, asked: tuple[str, ...] | None):
+    broken_off_with(folder, ("b",))
+
+    recording = unopened(folder, hold_out=asked)
+    recording.open()
+    for seed in range(1, 4):
+        recording.add(frame(seed))
+    recording.finish()
+    recording.close()
+
+    assert read_recording(folder).held_out == ("b",)
+
+
+def test_another_hold_out_than_the_capture_began_with_is_refused(folder: Path):
+    broken_off_with(folder, ("b",))
+
+    with pytest.raises(InputError, match=r"--hold-out: a is asked for, the capture in .* began with b; leave it out"):
+        unopened(folder, hold_out=("a",)).check()
+
+
+def test_a_hold_out_that_is_asked_for_later_is_kept_over_another_break(folder: Path):
+    broken_off_with(folder, None)
+    later = unopened(folder, hold_out=("b",))
+    later.open()
+    later.close()
+
+    fill(folder, 4)
+    last = unopened(folder)
+    last.open()
+    last.finish()
+    last.close()
 
     assert read_recording(folder).held_out == ("b",)
 

@@ -100,7 +100,7 @@ def test_a_whole_number_of_thousands_of_digits_is_refused(folder):
 @pytest.mark.parametrize("length", [1e300, 1e10, 10_001.0])
 def test_a_length_that_no_arm_has_is_refused(folder, length):
     change_header(folder, lambda header: header["arm"]["link_lengths_mm"].__setitem__(0, length))
-    refused(folder, "recording.json: arm.link_lengths_mm entry 1: Input should be less than or equal to 10000, found")
+    refused(folder, "recording.json: arm.link_lengths_mm entry 1: at most 10000 is wanted, found")
 
 
 @pytest.mark.parametrize(
@@ -341,7 +341,7 @@ def test_a_huge_file_is_refused_before_it_is_read(folder, name):
 
 def test_another_schema_is_refused(folder):
     change_header(folder, lambda header: header.update(schema="armtwin.recording/2"))
-    refused(folder, "recording.json: schema: Input should be 'armtwin.recording/1', found 'armtwin.recording/2'")
+    refused(folder, "recording.json: schema: 'armtwin.recording/1' is wanted, found 'armtwin.recording/2'")
 
 
 def test_an_unknown_key_is_named_with_the_nearest_one(folder):
