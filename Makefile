@@ -23,7 +23,7 @@ BROWSER_PACKAGES := chromium
 # One thread a worker: two test workers on two cores.
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 LP_NUM_THREADS=1
 
-.PHONY: help setup demo test test-slow nightly check seal-score seal-score-moving fuzz fuzz-inputs docs bench clean
+.PHONY: upload help setup demo test test-slow nightly check seal-score seal-score-moving fuzz fuzz-inputs docs bench clean
 
 help:
 	@echo "make demo    run the paper's experiment on the simulated bench; the report is out/paper/report.html"
@@ -36,6 +36,7 @@ help:
 	@echo "make fuzz    10,000 broken frames at both ends of the serial line"
 	@echo "make fuzz-inputs  5,000 spoilt files of every kind, half of them by a fresh seed"
 	@echo "make docs    the documentation site: build/site/index.html, which opens without a network"
+	@echo "make upload PORT=/dev/ttyACM0   the firmware into an Arduino Uno"
 	@echo "make bench   the benchmarks, one after the other, on an idle machine"
 	@echo "make clean   remove what was built and run, and the virtual environment"
 
@@ -79,6 +80,11 @@ fuzz: setup $(AVR)
 docs: setup
 	$(BIN)/python docs/build_pages.py
 	$(BIN)/mkdocs build --strict --quiet
+
+PORT := /dev/ttyACM0
+upload: $(AVR)
+	.ci/system-packages avrdude
+	$(MAKE) -C hardware/firmware/armtwin_firmware upload PORT=$(PORT) BUILD=$(CURDIR)/build/firmware
 
 MUTATIONS := 5000
 fuzz-inputs: setup

@@ -13,7 +13,7 @@ from armtwin.hardware.bench.bench_file import BenchSetup
 from armtwin.hardware.camera.frame_quality import fault_of
 from armtwin.hardware.camera.stillness import to_grey
 from armtwin.hardware.camera.webcam import Webcam
-from armtwin.hardware.link.ports import candidates
+from armtwin.hardware.link.ports import BRLTTY, USB_DEVICES, candidates, has_lost_ch340
 from armtwin.hardware.link.servo_link import ServoLink, WrongFirmwareError
 from armtwin.models.camera import Camera
 from armtwin.models.errors import ArmtwinError
@@ -60,7 +60,11 @@ def check_board(port: str) -> list[Check]:
     major, minor = hello.firmware_version
     return [
         Check("serial port", True, f"{port} answers"),
-        Check("firmware", True, f"version {major}.{minor}, protocol {hello.protocol_version}"),
+        Check(
+            "firmware",
+            True,
+            f"version {major}.{minor}, protocol {hello.protocol_version}, drives up to {hello.n_servos} servos",
+        ),
     ]
 
 
@@ -74,9 +78,11 @@ def describe_camera(setup: BenchSetup) -> str:
         return "; ".join([f"{webcam.source} gives {camera.image_width}x{camera.image_height}", *webcam.notes])
 
 
-def look_for_ports() -> Check:
-    """List the USB serial ports."""
+def look_for_ports(usb: Path = USB_DEVICES) -> Check:
+    """List the USB serial ports; a CH340 whose port was taken away is named with who takes it."""
     found = candidates()
+    if has_lost_ch340(usb):
+        return Check("serial port", False, BRLTTY)
     if found:
         return Check("serial port", None, f"found {', '.join(found)}; name one in a bench file, --bench")
     return Check("serial port", False, "no USB serial port found: plug in the Arduino, use a cable with data lines")

@@ -21,6 +21,7 @@ from armtwin.scenarios.unwaited import leave
 COMMANDS = {
     "run": "run:run_command",
     "capture": "capture:capture_command",
+    "snapshot": "snapshot:snapshot_command",
     "calibrate-camera": "calibrate_camera:calibrate_camera_command",
     "measure": "measure:measure_command",
     "calibrate": "calibrate:calibrate_command",

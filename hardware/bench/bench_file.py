@@ -88,10 +88,21 @@ def read_bench(path: Path) -> BenchSetup:
         check_plane(camera, table.camera.arm_plane_z_mm)
     except InputError as error:
         raise InputError(f"{path.name}: camera.{error}") from None
-    if not table.camera.source.startswith(("/dev/", "http://", "https://")):
-        video = str(_video(path, table.camera.source))
-        table = table.model_copy(update={"camera": table.camera.model_copy(update={"source": video})})
-    return setup_of(table, arm, camera)
+    return setup_of(_with_video_beside(table, path), arm, camera)
+
+
+def read_camera_tables(path: Path) -> tuple[CameraSettings, QualityTable]:
+    """Read a bench file for its camera alone, whose calibration need not be there yet; raises `InputError`."""
+    table = check(BenchTable, read_toml(path), path.name)
+    return _with_video_beside(table, path).camera, table.quality
+
+
+def _with_video_beside(table: BenchTable, path: Path) -> BenchTable:
+    """Return the table with the path of a video file as it can be opened from here."""
+    if table.camera.source.startswith(("/dev/", "http://", "https://")):
+        return table
+    video = str(_video(path, table.camera.source))
+    return table.model_copy(update={"camera": table.camera.model_copy(update={"source": video})})
 
 
 def _check_limits(arm: Arm, joints: Sequence[JointTable], file: str) -> None:

@@ -18,6 +18,16 @@ BAUD = 115200  # bit/s: the fastest rate that an Uno's 16 MHz clock meets within
 DEFAULT_GROUP = "dialout"  # owns serial ports on Debian and Ubuntu
 
 
+# Where Linux lists USB devices.
+USB_DEVICES = Path("/sys/bus/usb/devices")
+# WCH's CH340 and CH341, as copies of the Uno have them.
+_CH340 = {("1a86", "7523"), ("1a86", "5523")}
+BRLTTY = (
+    "a CH340 serial chip is plugged in and has no port: brltty, a driver of Braille displays, takes it on Ubuntu and "
+    "Debian; 'sudo apt-get remove brltty' (or 'sudo systemctl mask brltty-udev.service'), then plug it in again"
+)
+
+
 def open_port(port: str, poll_s: float) -> serial.Serial:
     """Open `port` at 115200 baud, 8N1, exclusively; reads return after `poll_s` seconds at the latest.
 
@@ -35,8 +45,20 @@ def candidates() -> list[str]:
     return [f"{port.device} ({port.description})" for port in list_ports.comports() if port.vid is not None]
 
 
+def has_lost_ch340(usb: Path = USB_DEVICES) -> bool:
+    """Whether a CH340 is plugged in that has no serial port, as when another driver has taken it from the kernel's."""
+    for device in usb.glob("*"):
+        with contextlib.suppress(OSError):
+            chip = tuple((device / name).read_text("ascii").strip() for name in ("idVendor", "idProduct"))
+            if chip in _CH340 and not list(device.glob("*/ttyUSB*")):
+                return True
+    return False
+
+
 def _explain(port: str, error: OSError) -> str:
     if error.errno == errno.ENOENT:
+        if has_lost_ch340():
+            return f"serial port {port}: it does not exist; {BRLTTY}"
         found = ", ".join(candidates()) or "none"
         return f"serial port {port}: it does not exist; USB serial ports found: {found}. Check the cable and the name"
     if error.errno in (errno.EACCES, errno.EPERM):

@@ -49,7 +49,7 @@ BOOT_TIMEOUT_S = 5.0  # an Uno's boot loader holds the sketch back for up to 2 s
 KEEP_ALIVE_SHARE = 8  # the board is asked this many times in the silence that it tolerates
 STATE_PERIOD_S = 0.02  # one period of the servo pulses: the state changes no faster
 REOPEN_PERIOD_S = 0.1  # a USB port takes about a second to come back
-FIRMWARE_HINT = "upload hardware/firmware/armtwin_firmware to it with the Arduino IDE"
+FIRMWARE_HINT = "upload hardware/firmware/armtwin_firmware to it (with the Arduino IDE, or make upload PORT=...)"
 
 
 T = TypeVar("T")

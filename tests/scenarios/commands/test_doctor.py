@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from armtwin.hardware.doctor import check_board, check_disk, run_checks
+from armtwin.hardware.doctor import check_board, check_disk, look_for_ports, run_checks
 from armtwin.hardware.emulator import FirmwareEmulator, missing_packages
 from armtwin.hardware.link.framing import encode
 from armtwin.models.errors import JobError
@@ -85,8 +85,8 @@ def test_a_port_that_nobody_answers_on_asks_for_the_firmware(silent_port: str):
 @pytest.mark.parametrize(
     ("hello", "found"),
     [
-        (b"\x02" + HELLO[1:], "speaks version 2 of the protocol"),
-        (HELLO[:1] + b"\x02\x05" + HELLO[3:], "is version 2.5"),
+        (b"\x01" + HELLO[1:], "speaks version 1 of the protocol"),
+        (HELLO[:1] + b"\x03\x05" + HELLO[3:], "is version 3.5"),
     ],
     ids=["protocol", "firmware"],
 )
@@ -109,7 +109,32 @@ def test_the_real_firmware_names_its_version():
 
     assert port.good
     assert firmware.good
-    assert firmware.text.startswith("version 1.")
+    assert firmware.text == "version 2.0, protocol 2, drives up to 6 servos"
+
+
+def usb_device(root: Path, name: str, *, vendor: str = "1a86", product: str = "7523", port: str | None = None) -> None:
+    interface = root / name / f"{name}:1.0"
+    interface.mkdir(parents=True)
+    (root / name / "idVendor").write_text(f"{vendor}\n")
+    (root / name / "idProduct").write_text(f"{product}\n")
+    if port is not None:
+        (interface / port).mkdir()
+
+
+def test_a_ch340_whose_port_a_braille_driver_took_is_named_with_the_remedy(tmp_path: Path):
+    usb_device(tmp_path, "1-2")
+    check = look_for_ports(tmp_path)
+
+    assert check.good is False
+    assert "brltty, a driver of Braille displays, takes it" in check.text
+    assert "sudo apt-get remove brltty" in check.text
+
+
+@pytest.mark.parametrize("device", [{"port": "ttyUSB0"}, {"vendor": "2341", "product": "0043"}])
+def test_a_ch340_with_its_port_and_another_chip_are_no_case_of_it(tmp_path: Path, device: dict[str, str]):
+    usb_device(tmp_path, "1-2", **device)
+
+    assert "brltty" not in look_for_ports(tmp_path).text
 
 
 def test_disk_names_its_free_space(tmp_path: Path):
