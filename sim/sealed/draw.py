@@ -57,6 +57,17 @@ class Sealed:
     world: World
 
 
+@dataclass(frozen=True, eq=False)
+class _Found:
+    """An effect scaled to its strength: how far it moves the markers, px, and the world with it alone."""
+
+    name: str
+    hidden: Hidden
+    amplitude: float
+    moved_px: float
+    alone: World
+
+
 def draw_world(
     rng: Generator,
     effects: str | Sequence[str] | None = None,
@@ -144,20 +155,21 @@ def sealed_effects() -> tuple[str, ...]:
     return tuple(name for name, effect in catalogue().items() if effect.sealed is not None)
 
 
-def _scaled(
-    name: str, rng: Generator, bench: World, scene: Scene, strength: Strength
-) -> tuple[str, Hidden, float, float] | None:
-    """Draw an effect and scale it: (name, hidden, amplitude, displacement in px), or None where it stays too small."""
+def _scaled(name: str, rng: Generator, bench: World, scene: Scene, strength: Strength) -> _Found | None:
+    """Draw an effect and scale it; None where it stays too small."""
     low, high = STRENGTHS[strength]
     target = scene.noise_px * float(np.exp(rng.uniform(np.log(low * 1.1), np.log(high))))
     hidden = sealing_of(name).draw(rng, scene.situation(target))
     seed = int(rng.integers(2**32))
 
+    tried = [bench]
+
     def measure(a: float) -> float:
-        return moved_px(scene, hide(bench, name, hidden, a), seed, beyond_geometry=effect_named(name).gauge is None)
+        tried[0] = hide(bench, name, hidden, a)
+        return moved_px(scene, tried[0], seed, beyond_geometry=effect_named(name).gauge is None)
 
     amplitude, moved = scale(measure, hidden.start, hidden.most, target)
-    return (name, hidden, amplitude, moved) if moved >= low * scene.noise_px else None
+    return _Found(name, hidden, amplitude, moved, tried[0]) if moved >= low * scene.noise_px else None
 
 
 def scale(measure: Callable[[float], float], start: float, most: float, target: float) -> tuple[float, float]:
@@ -177,23 +189,23 @@ def _record(
     rng: Generator,
     bench: World,
     scene: Scene,
-    found: Sequence[tuple[str, Hidden, float, float]],
+    found: Sequence[_Found],
     strength: Strength,
     missing: float,
 ) -> Sealed:
-    world = bench
-    for name, hidden, amplitude, _ in found:
-        world = hide(world, name, hidden, amplitude)
+    world = found[0].alone if found else bench  # that which was looked at last, so that it is not simulated again
+    for one in found[1:]:
+        world = hide(world, one.name, one.hidden, one.amplitude)
     effects = [
         {
-            "effect": name,
-            "joint": hidden.site.joint,
-            "marker": hidden.site.marker,
-            "parameters": plain(hidden.parameters(amplitude)),
-            "moved_px": moved,
-            "moved_noises": moved / scene.noise_px,
+            "effect": one.name,
+            "joint": one.hidden.site.joint,
+            "marker": one.hidden.site.marker,
+            "parameters": plain(one.hidden.parameters(one.amplitude)),
+            "moved_px": one.moved_px,
+            "moved_noises": one.moved_px / scene.noise_px,
         }
-        for name, hidden, amplitude, moved in found
+        for one in found
     ]
     recording = record(rng, world, scene, missing)
     return Sealed(recording, truth_of(world, scene, effects, strength if found else None), world)
