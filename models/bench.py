@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol, Self, runtime_checkable
 
@@ -87,3 +87,14 @@ class Bench(Protocol):
     def __enter__(self) -> Self: ...
 
     def __exit__(self, *error: object) -> None: ...
+
+
+@runtime_checkable
+class FilmingBench(Bench, Protocol):
+    """A bench that films its arm on the way."""
+
+    def film(self, time_s: NDArray[np.float64], q_cmd: NDArray[np.float64]) -> Iterator[Frame]:
+        """Stream (N, n) commands, rad, at (N,) times, s, from now, and yield a picture for each.
+
+        A frame's `commanded_s` is when its command was given, not later than its `time_s`.
+        """

@@ -30,11 +30,15 @@ ROUNDING_RAD = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """(N,) trajectory names, (N, n) commands in rad, (N,) payload to hang at the tip in kg (0 where none)."""
+    """(N,) trajectory names, (N, n) commands in rad, (N,) payload to hang at the tip in kg (0 where none).
+
+    `time_s` (N,) is when each command is given to an arm that is filmed on its way, where the plan says so.
+    """
 
     trajectory: NDArray[np.str_]
     q_cmd: Array
     payload_kg: Array
+    time_s: Array | None = None
 
     def __len__(self) -> int:
         return len(self.q_cmd)
@@ -68,7 +72,7 @@ def read_plan(path: Path, n_joints: int) -> Plan:
     """
     joints = [f"theta{i + 1}_cmd_rad" for i in range(n_joints)]
     what = f"a CSV with columns trajectory, {', '.join(joints)}"
-    table = read_plan_table(path, ["trajectory", *joints, "payload_kg"], what)
+    table = read_plan_table(path, ["trajectory", "time_s", *joints, "payload_kg"], what)
     for name in joints:
         if name not in table.columns:
             raise InputError(f"{path.name}: column '{name}' is missing; a plan has one for each joint")
@@ -91,7 +95,18 @@ def read_plan(path: Path, n_joints: int) -> Plan:
                 f"{table.at(row, 'payload_kg')}: {payload_kg[row]:g} found, 0 to {_MOST_PAYLOAD_KG:g} is wanted, in "
                 "kilograms"
             )
-    return Plan(trajectories_of(table, path), q_cmd, payload_kg)
+    return Plan(trajectories_of(table, path), q_cmd, payload_kg, _times_of(table))
+
+
+def _times_of(table: CsvTable) -> Array | None:
+    if "time_s" not in table.columns:
+        return None
+    time_s = np.array([finite(table, row, "time_s") for row in range(len(table))])
+    back = np.flatnonzero(np.diff(time_s) <= 0)
+    if len(back):
+        row = int(back[0]) + 1
+        raise InputError(f"{table.at(row, 'time_s')}: {time_s[row]:g} s is not after {time_s[row - 1]:g} s; times grow")
+    return time_s
 
 
 def read_plan_table(path: Path, valid: list[str], what: str) -> CsvTable:

@@ -21,10 +21,13 @@ from armtwin.models.arm import Arm, arm_from_table, nominal_arm
 from armtwin.models.arm_form import MOST_JOINTS
 from armtwin.models.camera_files import nominal_camera
 from armtwin.models.catalogue.injection import Stated
+from armtwin.models.catalogue.motion_injection import inject_in_motion
 from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.catalogue.site import Site
 from armtwin.models.errors import InputError, UnreachablePoseError, nearest
 from armtwin.models.inverse_kinematics import inverse
+from armtwin.models.motion_arm import planar_arm
+from armtwin.models.motion_world import ideal_motion_world
 from armtwin.models.trajectories import CIRCLE_CENTRE_MM, ORIENTATION_RAD, SAMPLES, circle, line
 from armtwin.models.twin import read_twin
 from armtwin.models.validation import FROM_LIST, ArmTable, Finite, JointError, LengthError, Positive, Strict, check, row
@@ -106,6 +109,7 @@ class PictureTable(Strict):
     vignetting: Annotated[float, Field(ge=0, lt=1)] = 0.15
     full_well_electrons: Annotated[float, Field(ge=0, le=1e6)] = 9000.0
     read_noise_electrons: Annotated[float, Field(ge=0, le=1e5)] = 15.0
+    exposure_time_s: Annotated[float, Field(ge=0, le=0.1)] = 0.008
     shadows: bool = True
 
 
@@ -157,7 +161,10 @@ class ScenarioFile(Strict):
     obstacles: Annotated[tuple[ObstacleTable, ...], Field(max_length=20), FROM_LIST] = ()
     effects: Annotated[tuple[EffectTable, ...], Field(max_length=100), FROM_LIST] = ()
 
-    @field_validator("effects", mode="before")
+    # What a film of the moving arm shows; poses at rest do not.
+    moving_effects: Annotated[tuple[EffectTable, ...], Field(max_length=100), FROM_LIST] = ()
+
+    @field_validator("effects", "moving_effects", mode="before")
     @classmethod
     def _gather_parameters(cls, tables: Any) -> Any:
         """Let an effect's parameters stand beside its name in the file."""
@@ -237,6 +244,8 @@ def check_scenario(data: object, file: str) -> ScenarioFile:
             raise InputError(f"{file}: trajectories.{name}: {error}") from None
     for number, effect in enumerate(scenario.effects):
         _check_effect(effect, row("effects", number), scenario, file)
+    for number, effect in enumerate(scenario.moving_effects):
+        _check_moving_effect(effect, row("moving_effects", number), scenario, file)
     return scenario
 
 
@@ -254,6 +263,16 @@ def _check_effect(effect: EffectTable, place: str, scenario: ScenarioFile, file:
     world = ideal_world(arm, nominal_camera(), BenchTable().arm_plane_z_mm)
     try:
         known.inject(world, effect.parameters, effect.site)
+    except InputError as error:
+        raise InputError(f"{file}: {place}: {error}") from None
+
+
+def _check_moving_effect(effect: EffectTable, place: str, scenario: ScenarioFile, file: str) -> None:
+    """Check what a film shows by making it in the world of an ideal arm."""
+    try:
+        inject_in_motion(
+            ideal_motion_world(planar_arm(scenario.drawn_arm)), effect.name, effect.parameters, effect.site
+        )
     except InputError as error:
         raise InputError(f"{file}: {place}: {error}") from None
 

@@ -2,15 +2,32 @@
 
 from __future__ import annotations
 
+from typing import Protocol
+
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.units import MM_PER_M
 from armtwin.models.world import World
-from armtwin.sim.physics.simulation import ArmSimulation
 from armtwin.sim.render import Part, arm_parts, clutter_parts, panel_parts, robot_bodies_on_board
 
 Array = NDArray[np.float64]
+
+
+class Shown(Protocol):
+    """An arm that stands somewhere: of poses at rest, or on its way."""
+
+    @property
+    def world(self) -> World:
+        """What it truly looks like."""
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """Its model, with the stickers' places."""
+
+    def bodies(self) -> dict[str, Array]:
+        """(4, 4) placement of each body in the robot frame, mm."""
 
 
 def backdrop(world: World) -> list[Part]:
@@ -18,7 +35,7 @@ def backdrop(world: World) -> list[Part]:
     return [*panel_parts(), *clutter_parts(world.base_in_board_mm)]
 
 
-def arm_scene(arm: ArmSimulation) -> list[Part]:
+def arm_scene(arm: Shown) -> list[Part]:
     """Return the arm before its backdrop: true lengths, and each sticker where and on what it truly is."""
     world, model = arm.world, arm.model
     lengths = world.arm.link_lengths_mm + world.deviation.lengths_mm
@@ -34,7 +51,7 @@ def arm_scene(arm: ArmSimulation) -> list[Part]:
     return parts
 
 
-def bodies_in_robot(arm: ArmSimulation) -> dict[str, Array]:
+def bodies_in_robot(arm: Shown) -> dict[str, Array]:
     """(4, 4) placement of each body of `arm_scene` in the robot frame, mm, where the physics has it now."""
     return {"base": np.eye(4), **arm.bodies()}
 

@@ -12,7 +12,7 @@ bench.close()
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
@@ -23,8 +23,11 @@ from armtwin.models.camera import Camera, project
 from armtwin.models.coordinate_frames import robot_to_board
 from armtwin.models.errors import InputError, JobError
 from armtwin.models.joint_limits import JointLimits
+from armtwin.models.motion_arm import planar_arm
+from armtwin.models.motion_world import MotionWorld, ideal_motion_world
 from armtwin.models.world import Moment, World
 from armtwin.sim.arm_view import arm_scene, backdrop, bodies_in_robot, bodies_on_board
+from armtwin.sim.motion.film import Film, FilmedArm, filmed
 from armtwin.sim.physics.simulation import ArmSimulation
 from armtwin.sim.render import LensRenderer, Part, chessboard_parts, facing_camera, gauge_parts, panel_parts
 from armtwin.sim.sensor import Sensor, expose
@@ -45,6 +48,7 @@ class SimulatedBench:
         shadows: whether the lamp throws shadows on the panel.
         n_poses: length of the recording, which a creeping camera needs to know; None where nothing creeps.
         obstacles: what else stands before the camera, fixed in the board frame.
+        moving: the same arm as it moves in a film; by default one without faults.
         actuation: what tells this bench from others, see `armtwin.models.bench.BenchDescription`.
 
     """
@@ -59,6 +63,7 @@ class SimulatedBench:
         n_poses: int | None = None,
         obstacles: Sequence[Part] = (),
         actuation: Mapping[str, Any] | None = None,
+        moving: MotionWorld | None = None,
     ) -> None:
         if world.picture_lag < 0:
             raise InputError("command_shift: a bench cannot file pictures that it has not taken yet; rows must be >= 0")
@@ -68,6 +73,7 @@ class SimulatedBench:
         self._n_poses = n_poses
         self._obstacles = tuple(obstacles)
         self._actuation = dict(actuation or {})
+        self._moving = moving or ideal_motion_world(planar_arm(world.arm, world.deviation))
         self._rng = np.random.default_rng(seed)
         self._arm: ArmSimulation | None = None
         self._renderer: LensRenderer | None = None
@@ -132,6 +138,16 @@ class SimulatedBench:
         bodies = self._buffer[0][0] if self._buffer else bodies_in_robot(arm)
         renderer = self._show("arm", lambda: [*arm_scene(arm), *self._obstacles])
         return self._expose(renderer, bodies_on_board(self.world, bodies))
+
+    def film(self, time_s: Array, q_cmd: Array) -> Iterator[Frame]:
+        """Yield a picture of the moving arm at each of (N,) times, at which (N, n) commands, rad, are given."""
+        self._connected()
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer, self._scene = None, None
+        arm = FilmedArm(self.world, self._moving, time_s, q_cmd)
+        film = Film(arm, self._sensor, self._rng, shadows=self._shadows, obstacles=self._obstacles)
+        return filmed(film, time_s)
 
     def capture_board(self, T_body_board: Array) -> Frame:
         """Take a picture of the chessboard held at (4, 4) `T_body_board`, which maps its frame to the board frame."""

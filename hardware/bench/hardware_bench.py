@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Self
 
@@ -136,6 +136,42 @@ class HardwareBench:
         self._refuse_bad_picture(grey)
         given_s = None if self._sent_s is None else self._sent_s - self._started_s
         return Frame(picture.image, picture.arrived_s - self._started_s, given_s)
+
+    def film(self, time_s: Array, q_cmd: Array) -> Iterator[Frame]:
+        """Stream (N, n) commands, rad, at (N,) times, s, from when the arm stands at the first; a picture after each.
+
+        The board goes as fast as its slew limit lets it. Raises `InputError` for a pose outside the limits or too long
+        a step, before anything is sent, and `JobError` as `move` does.
+        """
+        for before, q in zip([q_cmd[0], *q_cmd], q_cmd, strict=False):
+            self.setup.limits.check_pose(q, "command")
+            self.setup.limits.check_step(before, q, "command")
+        self._begin(q_cmd[0])
+        return self._filmed(time_s - time_s[0], q_cmd)
+
+    def _begin(self, q: Array) -> None:
+        """Go to the first command of a film in steps as they are allowed."""
+        if self._q is None:
+            self.move(q)
+        for pose in steps_between(self._q, q, self.setup.limits.max_step_rad) if self._q is not None else ():
+            self.move(pose)
+
+    def _filmed(self, after_s: Array, q_cmd: Array) -> Iterator[Frame]:
+        self._resting = None
+        begun = time.monotonic()
+        for wait_s, q in zip(after_s.tolist(), q_cmd, strict=True):
+            time.sleep(max(0.0, begun + wait_s - time.monotonic()))
+            shown = self.webcam.newest().number
+            sent_s = self._sent_s = time.monotonic()
+            try:
+                self.link.move(self.setup.servo_map.pulses_us(q), 0.0)
+            except RefusedError:
+                self._refuse_limp(self.link.state())
+                raise
+            self._q = q
+            picture = self.webcam.after(shown)
+            yield Frame(picture.image, picture.arrived_s - self._started_s, sent_s - self._started_s)
+        self._refuse_limp(self.link.state())
 
     def close(self) -> None:
         """Detach the servos, which `detached` tells of then, and release the camera. May be called twice."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Self
 
@@ -69,6 +70,10 @@ class EmulatedHardwareBench:
     def capture(self) -> Frame:
         """Take a picture as the hardware bench does."""
         return self._connected().capture()
+
+    def film(self, time_s: NDArray[np.float64], q_cmd: NDArray[np.float64]) -> Iterator[Frame]:
+        """Film as the hardware bench does."""
+        return self._connected().film(time_s, q_cmd)
 
     def close(self) -> None:
         """Detach the servos and end the emulator; safe to call twice."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from armtwin.scenarios.runner.picture import generator, sensor_of
-from armtwin.scenarios.runner.world import build_world
+from armtwin.scenarios.runner.world import build_motion_world, build_world
 from armtwin.scenarios.scenario import ObstacleTable, ScenarioFile
 from armtwin.sim.bench import SimulatedBench
 from armtwin.sim.render import Part
@@ -22,6 +22,7 @@ def simulated_bench(
         seed=generator(scenario, purpose),
         sensor=sensor_of(scenario),
         shadows=scenario.picture.shadows,
+        moving=build_motion_world(scenario),
         n_poses=n_poses,
         actuation={"scenario": scenario.fingerprint, "samples_before": samples_before},
         obstacles=[_obstacle(scenario, number, table) for number, table in enumerate(scenario.obstacles)],

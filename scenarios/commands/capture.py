@@ -14,10 +14,9 @@ from armtwin.hardware.capture.capture import run_capture
 from armtwin.hardware.capture.folder import CaptureFolder
 from armtwin.models.bench import Bench
 from armtwin.models.errors import InputError, JobError
-from armtwin.models.plan import Plan
 from armtwin.scenarios.benches.door import open_bench
 from armtwin.scenarios.benches.spec import KINDS, bench_spec
-from armtwin.scenarios.closed_loop import PAPER_VALIDATION
+from armtwin.scenarios.commands.capture_film import FASTEST_HZ, SLOWEST_HZ, film_command, held_out_of
 from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c
 from armtwin.scenarios.commands.outputs import check_out_folder
 from armtwin.scenarios.emulated_bench import MAX_SPEED, MIN_SPEED
@@ -37,6 +36,13 @@ def capture_command(
         float | None,
         typer.Option("--speed", min=MIN_SPEED, max=MAX_SPEED, help="Of the emulated bench, times real time."),
     ] = None,
+    film: Annotated[
+        bool, typer.Option("--film", help="Stream the plan's commands and film the arm on its way: a moving recording.")
+    ] = False,
+    rate: Annotated[
+        float | None,
+        typer.Option("--rate", min=SLOWEST_HZ, max=FASTEST_HZ, help="Commands and pictures a second of a film."),
+    ] = None,
     token: Annotated[
         str | None, typer.Option("--token", envvar="ARMTWIN_TOKEN", help="What a served bench asks for.")
     ] = None,
@@ -47,8 +53,14 @@ def capture_command(
     each pose is on disk before the next, and the servos are detached at the end, on Ctrl-C and on every error. The same
     command goes on where a capture broke off. Then: armtwin measure.
 
+    With --film the commands follow one another at --rate (or at the plan's own time_s) whether the arm has arrived or
+    not, and every row is a picture of the arm on its way.
+
     Example: armtwin capture --bench bench.toml --plan paper --out recordings/first
     """
+    if film or rate is not None:
+        film_command(bench, plan, out, hold_out, film=film, rate_hz=rate, speed=speed, token=token)
+        return
     ask = _ask_for_load if sys.stdin.isatty() else None
     capture(open_bench(bench_spec(bench, token=token, speed=speed), hang_by=ask), plan, out, hold_out)
 
@@ -58,8 +70,12 @@ def capture(bench: Bench, plan_name: str, out: Path, hold_out: list[str] | None)
     what = bench.description
     plan = load_plan(plan_name, what.arm)
     file = plan_name if plan_name == "paper" else Path(plan_name).name
+    if plan.time_s is not None:
+        raise InputError(
+            f"{file}: column 'time_s' gives commands their times, which --film keeps; leave it out, or film"
+        )
     what.limits.check_plan(plan, file)
-    held_out = _held_out(plan, plan_name, hold_out)
+    held_out = held_out_of(plan, plan_name, hold_out)
     if not what.hangs_loads and plan.payload_kg.any():
         raise InputError(f"{file}: column 'payload_kg' changes, which needs a person at the terminal to hang the mass")
     check_out_folder(out)
@@ -90,16 +106,6 @@ def _run(bench: Bench, recording: CaptureFolder) -> None:
             raise JobError(
                 f"{error}; {servos}; {recording.done} of {total} poses are kept: run the same command again to go on"
             ) from None
-
-
-def _held_out(plan: Plan, plan_name: str, hold_out: list[str] | None) -> tuple[str, ...]:
-    if hold_out is None:
-        return (PAPER_VALIDATION,) if plan_name == "paper" else ()
-    names = {str(name) for name in plan.trajectory}
-    for name in hold_out:
-        if name not in names:
-            raise InputError(f"--hold-out: the plan has no trajectory '{name}'; it has {', '.join(sorted(names))}")
-    return tuple(hold_out)
 
 
 def _ask_for_load(payload_kg: float) -> None:

@@ -11,8 +11,11 @@ from armtwin.models.arm import Arm
 from armtwin.models.camera import Camera
 from armtwin.models.camera_files import nominal_camera
 from armtwin.models.catalogue.injection import shifted_samples
+from armtwin.models.catalogue.motion_injection import with_causes
 from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.kinematics import Deviation
+from armtwin.models.motion_arm import planar_arm
+from armtwin.models.motion_world import MotionWorld, ideal_motion_world
 from armtwin.models.world import World, ideal_world
 from armtwin.scenarios.scenario import ScenarioFile
 
@@ -35,6 +38,13 @@ def true_deviation(scenario: ScenarioFile) -> Deviation:
         np.array(table.length_errors_mm) if table.length_errors_mm else none.lengths_mm,
         np.array(table.joint_errors_rad) if table.joint_errors_rad else none.joints_rad,
     )
+
+
+def build_motion_world(scenario: ScenarioFile) -> MotionWorld:
+    """Build the world of the scenario's arm in motion, with every fault that a film of it shows."""
+    arm = planar_arm(declared_arm(scenario), true_deviation(scenario))
+    causes = [(effect.name, effect.site, effect.parameters) for effect in scenario.moving_effects]
+    return with_causes(ideal_motion_world(arm), causes)
 
 
 def build_world(scenario: ScenarioFile, samples_before: int = 0) -> World:

@@ -23,6 +23,7 @@ from armtwin.models.commands import settled_commands
 from armtwin.models.mjcf import add_tip_mass, build_arm
 from armtwin.models.units import MM_PER_M
 from armtwin.models.world import POSE_PERIOD_S, Command, World
+from armtwin.sim.physics.placements import placements
 
 Array = NDArray[np.float64]
 
@@ -112,13 +113,7 @@ class ArmSimulation:
 
     def bodies(self) -> dict[str, Array]:
         """(4, 4) transforms, mm, that map the coordinates of each body (`link1`, `end1`, ...) to the robot frame."""
-        out = {}
-        for number in range(1, self.model.nbody):
-            T = np.eye(4)
-            T[:3, :3] = self.data.xmat[number].reshape(3, 3)
-            T[:3, 3] = self.data.xpos[number] * MM_PER_M
-            out[self.model.body(number).name] = T
-        return out
+        return placements(self.model, self.data)
 
     def joint_angles(self) -> Array:
         """(n,) angle of each link against the one before it, less its drawn zero pose, rad: what a protractor reads."""

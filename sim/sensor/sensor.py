@@ -41,6 +41,7 @@ class Sensor:
             centre.
         full_well_electrons: electrons of a pixel at full scale; photon noise is their square root. 0 for none.
         read_noise_electrons: standard deviation of the noise of a dark pixel.
+        exposure_time_s: for how long light is gathered: what moves meanwhile is blurred in a film.
 
     """
 
@@ -49,6 +50,7 @@ class Sensor:
     vignetting: float = 0.15
     full_well_electrons: float = 9000.0
     read_noise_electrons: float = 15.0
+    exposure_time_s: float = 0.008
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -75,7 +77,9 @@ class Sensor:
         return (self.read_noise_electrons / self.full_well_electrons) ** 2
 
 
-IDEAL = Sensor(blur_sigma_px=0.0, vignetting=0.0, full_well_electrons=0.0, read_noise_electrons=0.0)
+IDEAL = Sensor(
+    blur_sigma_px=0.0, vignetting=0.0, full_well_electrons=0.0, read_noise_electrons=0.0, exposure_time_s=0.0
+)
 
 
 def expose(image_linear: Linear, sensor: Sensor, rng: Generator) -> Image:
