@@ -83,8 +83,9 @@ def _(mo):
 
     Before the camera matrix comes the lens. With $x = X/Z$, $y = Y/Z$ and $r^2 = x^2 + y^2$ the paper prints
 
-    $$\begin{pmatrix} x_q \\ y_q \end{pmatrix} = (1 + k_1 r^2 + k_2 r^4 + k_3 r^6) \begin{pmatrix} x \\ y \end{pmatrix}
-    + \begin{pmatrix} 2 p_1 x y + p_2 (r^2 + 2 x^2) \\ p_1 (r^2 + 2 x^2) + 2 p_2 x y \end{pmatrix}.$$
+    $$x_q = (1 + k_1 r^2 + k_2 r^4 + k_3 r^6)\, x + 2 p_1 x y + p_2 (r^2 + 2 x^2)$$
+
+    $$y_q = (1 + k_1 r^2 + k_2 r^4 + k_3 r^6)\, y + p_1 (r^2 + 2 x^2) + 2 p_2 x y$$
 
     One symbol of it is a misprint. A lens does not know which way is up, so exchanging the two axes must exchange the
     two rows (and $p_1$ with $p_2$).

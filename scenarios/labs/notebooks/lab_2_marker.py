@@ -80,7 +80,7 @@ def _(hough_centre, mo, np, photographs, show):
                 f"On 60 small pictures of one disc, whose centres are known, the paper's chain is off by "
                 f"**{hough_rms:.2f} px** RMS. One of them:"
             ),
-            mo.image(show.photograph(np.kron(photographs()[0].image, np.ones((4, 4), np.uint8)))),
+            mo.image(show.photograph(np.kron(photographs()[0].image, np.ones((4, 4), np.uint8))), width=288),
         ]
     )
     return (hough_rms,)

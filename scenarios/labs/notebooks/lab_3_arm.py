@@ -43,7 +43,7 @@ def _(armtwin, mo, np, show):
     )
     bench = armtwin.open_bench("simulated")
     bench.connect()
-    mo.vstack([mo.md("## The arm\n\nMove it, and look at which way each joint turns and where zero is."), sliders])
+    mo.vstack([mo.md("## The arm\n\nMove it, and look at which way each joint turns and where zero is."), *sliders])
     return bench, sliders
 
 
