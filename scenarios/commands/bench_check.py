@@ -28,7 +28,7 @@ def bench_check_command(
     Put the limp arm into its rest pose first (motion.rest_rad, the drawing's zero pose if the file names none).
     Exit 1 if something is wrong.
 
-    Example: armtwin bench-check --bench bench.toml
+    Example: armtwin bench-check --bench emulated
     """
     with bench_setup(bench) as setup:
         _wait_for_person(setup, yes or bench == EMULATED)

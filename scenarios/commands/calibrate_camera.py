@@ -89,7 +89,7 @@ def calibrate_camera_command(
     Reports the error of each view, the uncertainty, how well other lenses would do, how much of the image is covered,
     and which views to drop or add.
 
-    Example: armtwin calibrate-camera views/*.jpg --board 9x6 --square-mm 25 --out camera.yaml --report camera.html
+    Example: armtwin calibrate-camera out/paper/board/*.png --square-mm 23 --out camera.yaml --report camera.html
     """
     _check_outputs(out, report)
     check_model(model)

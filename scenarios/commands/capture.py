@@ -56,7 +56,7 @@ def capture_command(
     With --film the commands follow one another at --rate (or at the plan's own time_s) whether the arm has arrived or
     not, and every row is a picture of the arm on its way.
 
-    Example: armtwin capture --bench bench.toml --plan paper --out recordings/first
+    Example: armtwin capture --bench simulated --plan paper --out recordings/first
     """
     if film or rate is not None:
         film_command(bench, plan, out, hold_out, film=film, rate_hz=rate, speed=speed, token=token)

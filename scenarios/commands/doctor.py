@@ -33,7 +33,7 @@ def doctor_command(
 
     Nothing moves. Exit 1 if a check fails.
 
-    Example: armtwin doctor --bench bench.toml
+    Example: armtwin doctor --bench emulated
     """
     folder = next(path for path in (out.absolute(), *out.absolute().parents) if path.is_dir())
     with nullcontext() if bench is None else bench_setup(bench) as setup:
