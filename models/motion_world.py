@@ -98,6 +98,7 @@ class Drive:
         stribeck_load_share, stribeck_drive_share: the same, of what is added at standstill.
         viscous_s: viscous friction over the loop's stiffness.
         armature_kg_m2: inertia of its rotor, seen through the gear.
+        reserve_rad: of what rubs in the mechanics, over the stiffness: what the motor has left for it at full speed.
 
     """
 
@@ -115,6 +116,7 @@ class Drive:
     stribeck_drive_share: float = 0.0
     viscous_s: float = 0.0
     armature_kg_m2: float = 0.0
+    reserve_rad: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -174,7 +174,8 @@ def inject_in_motion(world: MotionWorld, parameters: Mapping[str, Any], site: Si
             bristle.springlength = [0.0, 0.0]
             bristle.springyield = give
 
-    return world.with_mechanism(mechanism)
+    reserve = world.drives[index].reserve_rad + lag
+    return world.with_drive(index, reserve_rad=reserve).with_mechanism(mechanism)
 
 
 IN_MOTION = MotionEffect(

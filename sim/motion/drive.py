@@ -38,6 +38,7 @@ class DriveBank:
         self._torque = np.array([np.inf if drive.torque_nm is None else drive.torque_nm for drive in drives])
         self._droop = np.array([drive.compliance_rad_per_nm for drive in drives])
         self._payload_droop = np.array([drive.payload_compliance_rad_per_nm for drive in drives])
+        self._reserve = np.array([drive.reserve_rad for drive in drives])
         self._coulomb = np.array([drive.coulomb_rad for drive in drives])
         self._stribeck = np.array([drive.stribeck_rad for drive in drives])
         self._stribeck_speed = np.array([drive.stribeck_speed_rad_s for drive in drives])
@@ -80,17 +81,19 @@ class DriveBank:
         whole = STIFFNESS_NM_RAD / (1.0 + product - (one + other)).real
         return h * (1.0 - product) * whole, h * h * whole
 
-    def push_limits(self, damping: Array, load: Array) -> Array:
+    def push_limits(self, damping: Array, load: Array, friction: Array) -> Array:
         """(n, 2) least and most torque of the springs, N m, under loads (n,), N m, that gravity puts on the joints.
 
         `load` is the torque that would hold the joint. Of the speed that is left under a load as much is lost as the
-        load's share of the stall torque; a load that helps makes nothing faster.
+        load's share of the stall torque; a load that helps makes nothing faster. What limits the speed is the drive's
+        electronics: against dry `friction` (n,), N m, the motor has as much in reserve.
         """
         share = load / self._torque
         up = np.clip(1.0 - share, 0.0, 1.0)
         down = np.clip(1.0 + share, 0.0, 1.0)
         force = damping * self._speed
-        return np.stack([-force * down, force * up], axis=-1)
+        rubs = friction + STIFFNESS_NM_RAD * self._reserve
+        return np.stack([-force * down - rubs, force * up + rubs], axis=-1)
 
     def droop(self, load: Array, payload: Array) -> Array:
         """(n,) rad by which the loops give under the drawn loads and the undeclared payload's, N m."""

@@ -104,7 +104,7 @@ def _numbered(world: MotionWorld) -> Any:
     for i, name in enumerate(world.arm.joints):
         joint = spec.joint(name)
         joint.damping[0], joint.armature, joint.frictionloss = damping[i], armature[i], friction[i]
-        spec.actuator(drive_name(name)).forcerange = bank.push_limits(damping, nothing)[i]
+        spec.actuator(drive_name(name)).forcerange = bank.push_limits(damping, nothing, friction)[i]
     return spec
 
 

@@ -174,9 +174,10 @@ class MotionRun:
         self.model.dof_damping[self._dofs] = self._damping
         self.model.dof_armature[self._dofs] = armature
         load = np.zeros(len(self._dofs))
-        self.model.actuator_forcerange[:] = self._bank.push_limits(self._damping, load)
+        friction = self._bank.friction(load, load, load)
+        self.model.actuator_forcerange[:] = self._bank.push_limits(self._damping, load, friction)
         if self._bank.has_friction:
-            self.model.dof_frictionloss[self._dofs] = self._bank.friction(load, load, load)
+            self.model.dof_frictionloss[self._dofs] = friction
 
     def _feel(self, now: float) -> None:
         """Let loads, speeds and what pushes at the drives act for one step."""
@@ -188,10 +189,12 @@ class MotionRun:
         for disturb in self._disturbances:
             target = target + disturb(now, self.data.qpos[self._qpos], speed, self._target)
         self.data.ctrl[:] = target
-        self.model.actuator_forcerange[:] = self._bank.push_limits(self._damping, load)
+        friction = np.zeros(len(self._dofs))
         if self._bank.has_friction:
             driven = self.data.actuator_force - self._damping * speed
-            self.model.dof_frictionloss[self._dofs] = self._bank.friction(load, speed, driven)
+            friction = self._bank.friction(load, speed, driven)
+            self.model.dof_frictionloss[self._dofs] = friction
+        self.model.actuator_forcerange[:] = self._bank.push_limits(self._damping, load, friction)
 
     def _payload_torque(self, now: float) -> Array:
         """(n,) torque, N m, that holds the undeclared mass at the tip."""

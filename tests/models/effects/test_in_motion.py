@@ -177,3 +177,12 @@ def test_what_cannot_be_is_refused_in_one_line() -> None:
     ):
         with pytest.raises(InputError, match=message):
             inject_in_motion(world, name, parameters, Site(joint=joint))
+
+
+def test_dry_friction_takes_nothing_from_the_top_speed() -> None:
+    motion = steps(3, (0.0, 1.2))
+    world = ideal_motion_world(upright())
+    rubbing = inject_in_motion(world, "friction", {"coulomb_rad": 0.02}, Site(joint=2))
+    bristly = inject_in_motion(world, "hysteresis", {"lag_rad": 0.02, "length_rad": 0.08}, Site(joint=2))
+    speeds = [np.diff(run(one, motion)[212:214, 1])[0] * 100.0 for one in (world, rubbing, bristly)]
+    assert speeds == pytest.approx([6.16, 6.16, 6.16], abs=0.02)
