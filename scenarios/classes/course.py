@@ -24,6 +24,7 @@ from typing import Any
 
 from armtwin.models import atomic
 from armtwin.models.errors import InputError
+from armtwin.scenarios.classes.answer import Answer
 from armtwin.scenarios.classes.class_file import ClassFile, Student, read_class
 from armtwin.scenarios.classes.draw import token
 
@@ -61,7 +62,8 @@ class Course:
 
     def answers(self, robot: str, attempt: int) -> list[dict[str, Any]]:
         """Return the answers handed in, oldest first."""
-        return list(_lines(self.attempt_folder(robot, attempt) / "answers.jsonl"))
+        lines = _lines(self.attempt_folder(robot, attempt) / "answers.jsonl")
+        return [line for line in lines if line.keys() >= {"time", "pictures_taken", *Answer.model_fields}]
 
     def commands(self, robot: str, attempt: int) -> list[dict[str, Any]]:
         """Return what was commanded, oldest first."""

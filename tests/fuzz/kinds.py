@@ -30,11 +30,13 @@ from armtwin.models.recordings.writer import write_recording
 from armtwin.models.servo import NOMINAL_SERVO, read_servo
 from armtwin.models.twin import Twin, TwinEffect, read_twin, rebuild, write_twin
 from armtwin.models.wanted_path import read_wanted_path
+from armtwin.scenarios.classes.class_file import read_class
 from armtwin.scenarios.runner.job import open_job
 from armtwin.scenarios.runner.world import build_world
 from armtwin.scenarios.scenario import FILES, read_scenario
 from armtwin.scenarios.scoring.outcome import Task, kept_outcome
 from armtwin.scenarios.scoring.sealing import read_truth
+from tests.scenarios.classes.conftest import CLASS
 from tests.support.bench import BENCH
 from tests.support.recordings import recording
 
@@ -86,6 +88,8 @@ def _recordings(folder: Path) -> list[Kind]:
 
 def _benches(folder: Path) -> list[Kind]:
     bench, arm, servo, scenario = (folder / name for name in ("bench.toml", "arm.toml", "servo.toml", "scenario.toml"))
+    group = folder / "class.toml"
+    group.write_text(CLASS, "utf-8")
     write_camera(folder / "camera.yaml", nominal_camera())
     bench.write_text(tomli_w.dumps(BENCH))
     arm.write_text('schema = "armtwin.arm/1"\nname = "two"\nlink_lengths_mm = [100.0, 80.0]\ntip_mass_kg = 0.02\n')
@@ -93,6 +97,7 @@ def _benches(folder: Path) -> list[Kind]:
     shutil.copyfile(FILES / "paper.toml", scenario)
     return [
         Kind("bench", bench, lambda: read_bench(bench)),
+        Kind("class", group, lambda: read_class(group)),
         Kind("arm", arm, lambda: read_arm(arm)),
         Kind("servo", servo, lambda: read_servo(servo)),
         Kind("scenario", scenario, lambda: build_world(read_scenario(str(scenario))).compile()),
