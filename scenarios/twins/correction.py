@@ -17,7 +17,7 @@ from armtwin.models.catalogue.injection import shifted_samples
 from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.errors import InputError
 from armtwin.models.kinematics import forward, wrap
-from armtwin.models.plan import Plan
+from armtwin.models.plan import ROUNDING_RAD, Plan
 from armtwin.models.reach import reach, tip_errors, tip_slopes
 from armtwin.models.tabular import html_table
 from armtwin.models.twin import Twin, rebuild
@@ -103,7 +103,7 @@ def correct(twin: Twin, wanted: WantedPath) -> Correction:
         before_rad=aim.miss_rad(before) if angles else None,
         after_rad=aim.miss_rad(after) if angles else None,
         out_of_reach=lost,
-        notes=_notes(twin),
+        notes=(*_notes(twin), *_beyond_limits(twin, command)),
     )
 
 
@@ -189,6 +189,20 @@ def _world(twin: Twin) -> World:
             parameters = shifted_samples(known.injected, effect.parameters, twin.arm, _AFTER_THE_RECORDING)
             kept.append(replace(effect, parameters=parameters))
     return replace(rebuild(replace(twin, effects=tuple(kept))), waits_for_rest=True, picture_lag=0, detections=())
+
+
+def _beyond_limits(twin: Twin, command: Array) -> tuple[str, ...]:
+    """Say which joints would be turned further by (N, n) commands, rad, than the drawing lets them."""
+    if twin.arm.joint_limits_rad is None:
+        return ()
+    low, high = twin.arm.joint_limits_rad.T
+    beyond = ((command < low - ROUNDING_RAD) | (command > high + ROUNDING_RAD)).sum(axis=0)
+    return tuple(
+        f"{label} is commanded beyond its limits, {low[joint]:g} to {high[joint]:g} rad, in {beyond[joint]} of "
+        f"{len(command)} rows"
+        for joint, label in enumerate(twin.arm.joint_labels)
+        if beyond[joint]
+    )
 
 
 def _notes(twin: Twin) -> tuple[str, ...]:

@@ -124,3 +124,14 @@ def test_a_plan_that_says_no_path_is_refused_with_the_remedy(tmp_path: Path, tex
     path.write_text(text)
     with pytest.raises(InputError, match=said):
         read_wanted_path(path, nominal_arm())
+
+
+@pytest.mark.parametrize(("highest", "told"), [(2.0, False), (0.25, True)])
+def test_commands_beyond_the_drawings_limits_are_told_by_the_joints_name(highest: float, told: bool) -> None:
+    limits = np.array([[-2.0, highest], [-2.0, 2.0]])
+    arm = Arm("mine", np.array([110.0, 95.0]), np.zeros(2), joints=("shoulder", "elbow"), joint_limits_rad=limits)
+    q = np.array([[0.1, 0.4], [0.3, 0.5]])
+    wanted = WantedPath(np.full(2, "path"), np.zeros(2), ("line 2", "line 3"), q=q)
+    notes = correct(Twin(arm, Deviation.none(arm), np.zeros(3), None, ()), wanted).notes
+    said = "joint 1 (shoulder) is commanded beyond its limits, -2 to 0.25 rad, in 1 of 2 rows"
+    assert (said in notes) == told
