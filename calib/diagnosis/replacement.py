@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,17 +19,45 @@ Equivalents = dict[Key, tuple[Active, ...]]
 _MOST_ATTEMPTS = 4
 # Of more ties than these the best are listed; the rest is as good as unknown.
 _MOST_EQUIVALENTS = 2
+# A deviance that is off by less is the same.
+_NO_DIFFERENCE = 1.0
 
 
-def settle(data: Data, base: Fit, progress: Callable[[str], None]) -> tuple[Fit, Equivalents]:
-    """Return the model in which every cause is the simplest of those that explain its part best, and their ties."""
+@dataclass(frozen=True, eq=False)
+class Ranked:
+    """All candidates on top of the geometry alone, and the data that they were fitted to."""
+
+    data: Data
+    candidates: Sequence[CandidateModel]
+
+    def holds_for(self, data: Data, geometric: Fit) -> bool:
+        """Whether fitting them anew would tell nothing else.
+
+        What was repaired is the same, and the links that the terms know since are so nearly the same that no deviance
+        could change by as much as one: by no larger a share of it than the links did.
+        """
+        same = data.noise == self.data.noise and np.array_equal(data.counts, self.data.counts)
+        if not same or not np.array_equal(data.problem.observed, self.data.problem.observed, equal_nan=True):
+            return False
+        before, now = self.data.problem.context.links, data.problem.context.links
+        changed = float(np.abs(now - before).max() / max(float(np.abs(before).max()), 1e-12))
+        return changed * excess_of(data, geometric) < _NO_DIFFERENCE
+
+
+def settle(
+    data: Data, base: Fit, progress: Callable[[str], None], known: Ranked | None = None
+) -> tuple[Fit, Equivalents]:
+    """Return the model in which every cause is the simplest of those that explain its part best, and their ties.
+
+    `known` are the candidates on top of the geometry alone, where they were fitted before.
+    """
     equivalents: Equivalents = {}
     for attempt in range(_MOST_ATTEMPTS):
         replaced = None
         equivalents = {}
         for active in base.effects:
             progress(f"trying others in the place of {active.label}")
-            ties = _ties(data, base, active)
+            ties = _ties(data, base, active, known)
             simplest = min(ties, key=lambda candidate: _order(data, candidate))
             if simplest.active.key != active.key and attempt < _MOST_ATTEMPTS - 1:
                 replaced = simplest.fit
@@ -59,13 +88,16 @@ def _order(data: Data, candidate: CandidateModel) -> tuple[bool, float, float]:
     return untimed, candidate.complexity, candidate.score
 
 
-def _ties(data: Data, base: Fit, active: Active) -> list[CandidateModel]:
+def _ties(data: Data, base: Fit, active: Active, known: Ranked | None) -> list[CandidateModel]:
     """List the best candidate in the place of `active` and those that the data cannot tell from it, best first."""
     without = fit_without(data, base, active)
     pairs = candidate_sites(data, base.effects)
     if active.effect.is_fitted:
         pairs = [*pairs, (active.effect, active.site)]
-    ranked = candidates(data, without, pairs)
+    if known is not None and not without.effects and known.holds_for(data, without):
+        ranked = list(known.candidates)
+    else:
+        ranked = candidates(data, without, pairs)
     own = _own(ranked, active, base)
     ranked = sorted([own, *(c for c in ranked if c.active.key != active.key)], key=lambda candidate: candidate.score)
     best = ranked[0]

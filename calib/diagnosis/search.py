@@ -21,7 +21,7 @@ from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom, excess_of
 from armtwin.calib.diagnosis.noise import estimate_noise, least_noise, robust_std
 from armtwin.calib.diagnosis.problem import Problem
 from armtwin.calib.diagnosis.repairs import Repaired, repair
-from armtwin.calib.diagnosis.replacement import Equivalents, rescanned, settle
+from armtwin.calib.diagnosis.replacement import Equivalents, Ranked, rescanned, settle
 from armtwin.calib.diagnosis.significance import LEVEL, of_the_grain
 from armtwin.models.catalogue.predict import Active
 
@@ -105,11 +105,13 @@ def search(
         repaired = Repaired(raw, ())
     repaired, data, base = _repaired_again(raw, repaired, geometric)
     considered: list[CandidateModel] = []
+    alone: Ranked | None = None
     while len(base.effects) < _MOST_EFFECTS:
         progress(f"looking for cause {len(base.effects) + 1}")
         if base.effects and not _leaves_a_cause(data, base, geometric.g):
             break
         considered = candidates(data, base, candidate_sites(data, base.effects))
+        alone = alone if base.effects else Ranked(data, considered)
         quieter = _quieter(data, considered)
         if quieter is not None:
             raw, data = replace(raw, noise=quieter), replace(data, noise=quieter)
@@ -120,10 +122,10 @@ def search(
             break
         model = rescanned(data, chosen.fit)
         repaired, data, base = _repaired_again(raw, repair(raw, model), model)
-    base, equivalents = settle(data, base, progress)
+    base, equivalents = settle(data, base, progress, alone)
     needed = _needed(data, base)
     if len(needed.effects) < len(base.effects):
-        base, equivalents = settle(data, needed, progress)
+        base, equivalents = settle(data, needed, progress, alone)
     # What looked like a gross error beside a poorer model may be none beside the last.
     repaired, data, base = _repaired_again(raw, repair(raw, base), base)
     return _explanation(data, raw, base, repaired, equivalents, considered)

@@ -157,13 +157,15 @@ def _intervals(cause: NamedCause, context: Context) -> dict[str, Any]:
 
 
 def _propagated(physical: Callable[[Array], Mapping[str, float]], values: Array, std: Array) -> dict[str, float]:
-    """Standard deviations of functions of independent values, to first order."""
+    """Standard deviations of functions of independent values, to first order; of those that are told at the values."""
     at = physical(values)
     variance = dict.fromkeys(at, 0.0)
     for k, sigma in enumerate(std):
         moved = values.copy()
         moved[k] += 1e-3 * sigma
         for name, value in physical(moved).items():
+            if name not in at:  # told only where it is not zero
+                continue
             variance[name] += ((value - at[name]) / 1e-3) ** 2
     return {name: float(np.sqrt(v)) for name, v in variance.items()}
 
