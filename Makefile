@@ -23,7 +23,7 @@ BROWSER_PACKAGES := chromium
 # One thread a worker: two test workers on two cores.
 THREADS := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 LP_NUM_THREADS=1
 
-.PHONY: upload help setup demo test test-slow nightly check seal-score seal-score-moving fuzz fuzz-inputs docs bench clean
+.PHONY: upload help setup demo test test-slow nightly check seal-score seal-score-moving sweep fuzz fuzz-inputs docs bench clean
 
 help:
 	@echo "make demo    run the paper's experiment on the simulated bench; the report is out/paper/report.html"
@@ -33,6 +33,7 @@ help:
 	@echo "make setup   set up only"
 	@echo "make seal-score  hide effects in 360 worlds and score the diagnosis (about a quarter of an hour)"
 	@echo "make seal-score-moving  hide effects in 240 logs of moving arms and score the diagnosis"
+	@echo "make sweep   the standing map of what is found: up to 10,944 worlds, gone on with where it was broken off"
 	@echo "make fuzz    10,000 broken frames at both ends of the serial line"
 	@echo "make fuzz-inputs  5,000 spoilt files of every kind, half of them by a fresh seed"
 	@echo "make docs    the documentation site: build/site/index.html, which opens without a network"
@@ -73,6 +74,10 @@ seal-score: setup
 seal-score-moving: setup
 	$(BIN)/armtwin seal --moving --n 240 --seed $(SEED) --out out/sealed-moving-$(SEED)
 	$(BIN)/armtwin score out/sealed-moving-$(SEED)
+
+# The map in docs/explanation/power.md; hours on two cores, and a scheduler takes it to more: SCHEDULER=tcp://host:8786
+sweep: setup
+	$(BIN)/armtwin sweep scenarios/sweeps/standing.toml --out out/sweep $(if $(SCHEDULER),--scheduler $(SCHEDULER))
 
 fuzz: setup $(AVR)
 	$(BIN)/python -m armtwin.hardware.emulator.fuzz --frames 10000
