@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import sys
 import threading
+import time
 from collections.abc import AsyncIterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
@@ -13,7 +15,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from fastapi import FastAPI
-from fastapi.responses import HTMLResponse
+from fastapi.responses import HTMLResponse, JSONResponse
 from fastapi.staticfiles import StaticFiles
 from pydantic import Field
 from starlette.requests import Request
@@ -21,7 +23,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from armtwin.models.catalogue.injection import taken_by
 from armtwin.models.catalogue.registry import effect_named
-from armtwin.models.errors import InputError
+from armtwin.models.errors import ArmtwinError, InputError
 from armtwin.models.validation import Strict
 from armtwin.scenarios.classes.answer import NOTHING, Answer
 from armtwin.scenarios.classes.class_file import Student
@@ -35,6 +37,8 @@ from armtwin.scenarios.serving.app import add_entrance, build_app, tell_errors
 PAGE = Path(__file__).parent / "page"
 # Calibrations and diagnoses of all students that may run at a time.
 _JOBS = 2
+# Longer than any draw on a machine that has time.
+_DRAWING_S = 4.0
 
 
 class Grant(Strict):
@@ -62,7 +66,7 @@ class ClassApp:
         self._drawing = ThreadPoolExecutor(2, thread_name_prefix="drawing")
         self._apps: dict[str, tuple[int, ASGIApp]] = {}
         self._building = {student.id: threading.Lock() for student in course.group.students}
-        self._ended = threading.Event()
+        self._prepared, self._ended = threading.Event(), threading.Event()
         self._lobby = _lobby(hosts)
         self._front = self._build_front()
 
@@ -79,14 +83,34 @@ class ClassApp:
         if guard.allows(Request(inner)) and student is not None:
             ready, loop = self._ready(student), asyncio.get_running_loop()
             # Drawn by threads of their own: who has his robot does not wait for others'.
-            app = await loop.run_in_executor(self._drawing, self._app_of, student) if ready is None else ready
+            app = await loop.run_in_executor(self._drawing, self._drawn, student) if ready is None else ready
         await app(inner, receive, send)
 
     def prepare(self) -> None:
-        """Draw every robot beforehand, so that nobody waits for his; returns when all are there or the server ends."""
+        """Draw every robot beforehand; returns when all are there or the server ends."""
         for student in self._students.values():
-            if not self._ended.is_set():
+            if self._ended.is_set():
+                break
+            try:
                 self._app_of(student)
+            except ArmtwinError as error:  # his page says that there is none; the others have theirs
+                print(f"armtwin: {student.id}: {error}", file=sys.stderr)
+        self._prepared.set()
+
+    def _drawn(self, student: Student) -> ASGIApp:
+        """Return the application of a student whose robot is not drawn yet.
+
+        A robot without a fault is drawn faster than others. So nobody is let in before all are drawn, and who is given
+        a fresh one waits for a fixed time: how long it takes tells nothing.
+        """
+        began = time.monotonic()
+        self._prepared.wait()
+        try:
+            app = self._app_of(student)
+        except ArmtwinError:
+            app = JSONResponse({"detail": "your robot cannot be drawn; tell your instructor"}, 503)
+        time.sleep(max(0.0, _DRAWING_S - (time.monotonic() - began)))
+        return app
 
     def _ready(self, student: Student) -> ASGIApp | None:
         """Return the application of a student whose robot is drawn."""
@@ -107,6 +131,7 @@ class ClassApp:
     def close(self) -> None:
         """Close every bench."""
         self._ended.set()
+        self._prepared.set()
         for seat in self.seats.values():
             seat.close()
         self._drawing.shutdown(cancel_futures=True)
