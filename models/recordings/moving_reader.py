@@ -107,7 +107,7 @@ def _read(folder: Path) -> MovingRecording:
     else:
         arm = arm_from_table(header.arm)
         if header.camera is not None:
-            raise RecordingError("recording.json: camera: a film of a moving arm cannot be read yet; give joint angles")
+            raise RecordingError("recording.json: camera: a film; `armtwin measure` makes joint angles of it")
     n = arm.n_joints
     path = folder / "samples.csv"
     if not path.is_file():

@@ -41,14 +41,15 @@ class _RecordingFile(Strict):
     held_out: Annotated[tuple[str, ...], Field(max_length=1000), FROM_LIST] = ()
 
 
-def read_recording(folder: Path, *, unmeasured: bool = False) -> Recording:
+def read_recording(folder: Path, *, unmeasured: bool = False, film: bool = False) -> Recording:
     """Read a recording folder; raises `RecordingError` that names the file, the key or row, and what to do.
 
-    `unmeasured` accepts one with neither markers nor measured angles: its frames are still to be measured.
+    `unmeasured` accepts one with neither markers nor measured angles: its frames are still to be measured. `film`
+    accepts pictures of a moving arm, a row a picture.
     """
     if not folder.is_dir():
         raise RecordingError(f"{folder}: no such folder; a recording is a folder with recording.json and samples.csv")
-    header = _read_header(folder / "recording.json")
+    header = _read_header(folder / "recording.json", film)
     arm = arm_from_table(header.arm)
     cells = _read_cells(folder / "samples.csv", arm)
     columns = cells.columns
@@ -110,7 +111,7 @@ def camera_from_table(table: CameraTable) -> Camera:
     )
 
 
-def _read_header(path: Path) -> _RecordingFile:
+def _read_header(path: Path, film: bool) -> _RecordingFile:
     _check_is_file(path)
     try:
         if path.stat().st_size > _MAX_JSON_BYTES:
@@ -120,10 +121,8 @@ def _read_header(path: Path) -> _RecordingFile:
         raise RecordingError(f"{path}: cannot be read ({error.strerror}); a recording folder needs it") from None
     except (ValueError, RecursionError) as error:  # no JSON, no UTF-8, a whole number of thousands of digits
         raise RecordingError(f"{path.name}: not JSON ({error})") from None
-    if isinstance(data, dict) and data.pop("motion", "settled") == "moving":
-        raise RecordingError(
-            f"{path.name}: motion: 'moving' found; a log of a moving arm cannot be read yet, poses at rest are wanted"
-        )
+    if isinstance(data, dict) and data.pop("motion", "settled") == "moving" and not film:
+        raise RecordingError(f"{path.name}: motion: 'moving' found; poses at rest are wanted, not a moving arm's log")
     try:
         return check(_RecordingFile, data, path.name)
     except InputError as error:

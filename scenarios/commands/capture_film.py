@@ -65,7 +65,7 @@ def film_command(
                 film_into(bench, plan, time_s, out, held_out, lambda done, _: progress.update(bar, completed=done))
         except JobError as error:
             raise JobError(f"{error}; nothing is kept: film again") from None
-    typer.echo(f"{len(plan)} pictures of the moving arm in {out}; next: armtwin measure {out} --out {out}")
+    typer.echo(f"{len(plan)} pictures of the moving arm in {out}; next: armtwin measure {out} --out ANGLES")
 
 
 def held_out_of(plan: Plan, plan_name: str, hold_out: list[str] | None) -> tuple[str, ...]:

@@ -12,9 +12,12 @@ from rich.progress import Progress
 from rich.table import Table
 
 from armtwin.calib.markers import MarkerReading, measure_frames, with_markers
+from armtwin.models.errors import InputError
+from armtwin.models.recordings.moving_reader import is_moving
 from armtwin.models.recordings.reader import read_recording
 from armtwin.models.recordings.writer import write_recording
 from armtwin.scenarios.commands.outputs import check_out_folder
+from armtwin.scenarios.film_angles import angles_of_film, write_moving
 
 
 class Detector(StrEnum):
@@ -38,16 +41,23 @@ def measure_command(
 ) -> None:
     """Measure the markers in a recording's frames.
 
-    Writes recording.json and samples.csv with the markers' pixels; an empty cell is a marker that was not seen.
+    Writes recording.json and samples.csv with the markers' pixels; an empty cell is a marker that was not seen. Of a
+    film of the moving arm it writes the joint angles that the markers show, picture by picture.
 
     Example: armtwin measure out/paper/recordings/before --method subpixel --out measured
     """
     check_out_folder(out)
-    data = read_recording(recording, unmeasured=True)
+    moving = is_moving(recording)
+    if moving and out.resolve() == recording.resolve():
+        raise InputError(f"--out: {out} is the film itself; name another folder for its joint angles")
+    data = read_recording(recording, unmeasured=True, film=moving)
     with Progress(console=Console(stderr=True), transient=True) as progress:
         bar = progress.add_task("Measuring frames", total=len(data))
         readings = measure_frames(data, method.value, progress=lambda done, _: progress.update(bar, completed=done))
-    write_recording(out, with_markers(data, readings))
+    if moving:
+        write_moving(out, angles_of_film(with_markers(data, readings)))
+    else:
+        write_recording(out, with_markers(data, readings))
     _print(Console(), data.arm.marker_names, readings)
     typer.echo(f"Recording written to {out}")
 
