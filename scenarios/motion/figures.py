@@ -18,11 +18,15 @@ _MEASURED = COLOURS["armtwin"]
 _MOST_LAG_S = 0.4
 
 
-def stretch(found: MotionDiagnosis, joint: int) -> go.Figure:
-    """Return the stretch of a joint in which the causes change most: command, measurement and both twins, degrees."""
+def stretch(found: MotionDiagnosis, joint: int, *, titled: bool = True) -> go.Figure:
+    """Return the stretch of a joint in which the causes change most: command, measurement and both twins, degrees.
+
+    One that is `titled` has no legend of its own.
+    """
     rows = telling_rows(found, joint)
     time = found.recording.time_s[rows]
-    fig = figure("time, s", "angle, degrees", height=340, title=_title(found, joint, rows))
+    fig = figure("time, s", "angle, degrees", height=340, title=stretch_words(found, joint) if titled else None)
+    fig.update_layout(showlegend=not titled)
     commanded = {"color": COLOURS["commanded"], "width": 1.5, "shape": "hv"}
     fig.add_scatter(x=time, y=np.degrees(found.recording.q_cmd[rows, joint]), name="commanded", line=commanded)
     for which, name in (("before", "calibrated geometry"), ("after", "extended twin")):
@@ -76,6 +80,7 @@ def error_over_time(found: MotionDiagnosis, joint: int) -> go.Figure:
             name=name,
             marker={"color": colour, "size": 3},
         )
+    fig.update_layout(showlegend=False)
     return fig
 
 
@@ -118,5 +123,7 @@ def _thinned(rows: NDArray[np.intp]) -> NDArray[np.intp]:
     return rows[:: max(1, -(-len(rows) // _MOST_POINTS))]
 
 
-def _title(found: MotionDiagnosis, joint: int, rows: NDArray[np.intp]) -> str:
+def stretch_words(found: MotionDiagnosis, joint: int) -> str:
+    """Return which joint in which motion a stretch shows."""
+    rows = telling_rows(found, joint)
     return f"{found.recording.joint_names[joint]} in {found.recording.trajectory[rows[0]]}"

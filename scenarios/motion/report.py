@@ -8,7 +8,7 @@ from armtwin.scenarios.motion import figures
 from armtwin.scenarios.motion.remainder import follows
 from armtwin.scenarios.motion.words import gain, headline, label, notes, parameter_words, what_next, where
 from armtwin.scenarios.report.page import page
-from armtwin.scenarios.report.section import Cell, Section, fold, number, plot, plots, prose, table
+from armtwin.scenarios.report.section import Cell, Section, number, plot, plots, prose, table
 
 
 def motion_page(name: str, found: MotionDiagnosis) -> str:
@@ -26,7 +26,7 @@ def motion_page(name: str, found: MotionDiagnosis) -> str:
     told = notes(found)
     if told:
         sections.append(Section("notes", "What this recording cannot tell", "", tuple(prose(note) for note in told)))
-    return page(f"Diagnosis of {name}", about, answers, sections, key=("commanded", "armtwin", "geometry", "extended"))
+    return page(f"Diagnosis of {name}", about, answers, sections, key=("commanded", "geometry", "extended"))
 
 
 def _verdict(found: MotionDiagnosis) -> tuple[str, str]:
@@ -88,8 +88,9 @@ def _time(found: MotionDiagnosis) -> Section:
         "green lies on blue and orange does not, the causes say what the arm does; each twin began at the first "
         "measured angle of the motion and was told no later one."
     )
-    shown = [figures.stretch(found, joint) for joint in joints]
-    blocks = [plot(shown[0], "The stretch in which the causes change most at the joint that they change most.")]
+    shown = [figures.stretch(found, joint, titled=joint != joints[0]) for joint in joints]
+    first = figures.stretch_words(found, joints[0])
+    blocks = [plot(shown[0], f"{first[0].upper()}{first[1:]}: the stretch in which the causes change most.")]
     if len(shown) > 1:
         blocks.append(plots(shown[1:], "The same of the other joints."))
     blocks.append(
@@ -112,10 +113,7 @@ def _remainder(found: MotionDiagnosis) -> Section:
     joints = _worst_first(found)
     blocks = [
         plots(figures.phase_plane(found, joints[0]), "What each twin leaves over angle and speed: pale is right."),
-        fold(
-            "Over time, joint by joint",
-            [plots([figures.error_over_time(found, joint) for joint in joints], "What each twin leaves.")],
-        ),
+        plots([figures.error_over_time(found, joint) for joint in joints], "What each twin leaves over time."),
     ]
     return Section("remainder", "What is left", lead, tuple(blocks))
 
