@@ -10,7 +10,7 @@ import numpy as np
 from armtwin.calib.diagnosis.candidates import CandidateModel
 from armtwin.calib.diagnosis.fit import Data, excess_of, fit
 from armtwin.calib.diagnosis.repairs import find_explained, repair
-from armtwin.calib.diagnosis.search import _FIRST_SHARE, p_value_of
+from armtwin.calib.diagnosis.search import _FIRST_SHARE, _repaired_again, p_value_of
 from armtwin.calib.diagnosis.significance import LEVEL
 from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.catalogue.site import Site
@@ -47,7 +47,7 @@ def event_answers(setting: Setting, effect: str, site: Site, size: float, rng: n
 
 def _answer(raw: Data, effect: str, site: Site) -> str:
     data, base = base_fit(raw)
-    repaired = repair(data, base)
+    repaired, _, _ = _repaired_again(data, repair(data, base), base)
     if effect_named(effect).found is not None and any(one.key[0] == effect for one in repaired.found):
         return "|".join(dict.fromkeys(one.key[0] for one in repaired.found))
     base = fit(repaired.data, base.g, ())
