@@ -83,7 +83,7 @@ def test_every_example_works_as_typed_after_the_demo(tmp_path: Path) -> None:
     shell = f'armtwin() {{ "{sys.executable}" -m armtwin "$@"; }}\n'
 
     def run(line: str) -> None:
-        done = subprocess.run(["bash", "-c", shell + line], cwd=tmp_path, capture_output=True, text=True, timeout=900)
+        done = subprocess.run(["bash", "-c", shell + line], cwd=tmp_path, capture_output=True, text=True, timeout=3600)
         assert done.returncode == 0, f"{line}\n{done.stdout[-1000:]}\n{done.stderr[-2000:]}"
 
     run("armtwin run demo.toml --out out/paper")
