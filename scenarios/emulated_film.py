@@ -101,6 +101,10 @@ class Film:
         """Hang a mass at the tip."""
         self._arm.hang(payload_kg)
 
+    def quicken(self) -> None:
+        """Let the servos approach what they hear as fast as their data sheet says, instead of settling gently."""
+        self._arm.approach_at(self._world.servo.no_load_speed_rad_s)
+
     def close(self) -> None:
         """Free the renderer."""
         self._renderer.close()
@@ -139,7 +143,7 @@ def _run(pipe: Connection, board: FirmwareEmulator, server: MjpegServer, scene: 
     shown = b""
     while parent is not None and parent.is_alive():  # whose pipe a grandchild may hold open when it was killed
         while pipe.poll(max(0.0, due_s - time.monotonic())):
-            pipe.send(_obey(pipe.recv(), board, server, faults))
+            pipe.send(_obey(pipe.recv(), board, server, faults, scene))
         due_s = max(due_s + FRAME_PERIOD_S, time.monotonic())
         scene.hang(faults.payload_kg)
         for pulse in board.drain():
@@ -161,7 +165,7 @@ def _run(pipe: Connection, board: FirmwareEmulator, server: MjpegServer, scene: 
 
 
 def _obey(
-    words: tuple[object, ...], board: FirmwareEmulator, server: MjpegServer, faults: Faults
+    words: tuple[object, ...], board: FirmwareEmulator, server: MjpegServer, faults: Faults, scene: Film
 ) -> tuple[object, ...]:
     match words:
         case ("widths",):
@@ -180,6 +184,8 @@ def _obey(
             faults.hidden.discard(name)
         case ("payload", float(mass)):
             faults.payload_kg = mass
+        case ("quicken",):
+            scene.quicken()
         case ("drop",):
             server.drop_clients()
         case _:

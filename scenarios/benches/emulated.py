@@ -73,7 +73,9 @@ class EmulatedHardwareBench:
 
     def film(self, time_s: NDArray[np.float64], q_cmd: NDArray[np.float64]) -> Iterator[Frame]:
         """Film as the hardware bench does."""
-        return self._connected().film(time_s, q_cmd)
+        bench = self._connected()
+        self.emulator.quicken()
+        return bench.film(time_s, q_cmd)
 
     def close(self) -> None:
         """Detach the servos and end the emulator; safe to call twice."""

@@ -34,6 +34,8 @@ _REST_RAD_S = 1e-4
 # A servo that takes minutes to arrive goes this slowly when a millionth of a radian is left.
 _STILL_RAD_S = 1e-8
 _TRIM_ROUNDS = 8
+# Where MuJoCo keeps the slew limit of a PID actuator.
+_SLEW_SLOT = 1
 _TRIM_DONE_RAD = 2e-6
 # A pose takes at most this long: a full turn at approach speed, and as much again to settle.
 _LONGEST_MOVE_S = 8.0
@@ -100,6 +102,10 @@ class ArmSimulation:
         if np.abs(self.data.qvel).max() < _REST_RAD_S:
             self._trim += self._target - self.data.qpos[self._motor_qpos]
         mujoco.mj_kinematics(self.model, self.data)
+
+    def approach_at(self, speed_rad_s: float) -> None:
+        """Let the servos approach commands at another speed."""
+        self.model.actuator_dynprm[:, _SLEW_SLOT] = speed_rad_s
 
     def hang(self, payload_kg: float) -> None:
         """Hang a known mass at the tip instead of the one that hangs there."""

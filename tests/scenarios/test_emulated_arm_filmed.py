@@ -1,0 +1,32 @@
+"""The emulated bench filmed: the real firmware's own frames and slew limit show in the angles."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from armtwin.calib.markers import measure_recording
+from armtwin.hardware.capture.film import film
+from armtwin.models.plan import Plan
+from armtwin.models.recordings.reader import read_recording
+from armtwin.scenarios.benches.door import open_bench
+from armtwin.scenarios.film_angles import angles_of_film
+
+
+@pytest.mark.slow
+@pytest.mark.avr
+def test_the_firmware_goes_no_faster_than_its_slew_limit_and_the_film_shows_it(tmp_path: Path) -> None:
+    rows = 24
+    q = np.zeros((rows, 3))
+    q[6:, 0] = 0.4
+    plan = Plan(np.full(rows, "step"), q, np.zeros(rows))
+    with open_bench("emulated") as bench:
+        film(bench, plan, np.arange(rows) / 10.0, tmp_path / "film")  # type: ignore[arg-type]
+    seen = angles_of_film(measure_recording(read_recording(tmp_path / "film", unmeasured=True, film=True)))
+    assert seen.q_meas is not None
+    angle, time_s = seen.q_meas[:, 0], seen.time_s
+    known = np.isfinite(angle)
+    assert abs(angle[known][0]) < 0.15
+    assert angle[known][-1] - angle[known][0] == pytest.approx(0.4, abs=0.02)
+    fastest = np.abs(np.diff(angle[known]) / np.diff(time_s[known])).max()
+    assert 0.5 < fastest < 1.15 * np.pi  # 40 us in each frame of 20 ms: 180 degrees a second
