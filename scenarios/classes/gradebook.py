@@ -154,7 +154,8 @@ def _csv(rows: Sequence[Sequence[Any]]) -> str:
     """A table whose cells no spreadsheet takes for formulas: a student chooses his name."""
     out = io.StringIO()
     guarded = [
-        [f"'{cell}" if isinstance(cell, str) and cell[:1] in "=+-@\t\r" else cell for cell in row] for row in rows
+        [f"'{cell}" if isinstance(cell, str) and cell.startswith(tuple("=+-@\t\r")) else cell for cell in row]
+        for row in rows
     ]
     csv.writer(out, lineterminator="\n").writerows(guarded)
     return out.getvalue()

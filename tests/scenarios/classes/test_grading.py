@@ -73,6 +73,8 @@ def test_the_same_inputs_give_the_same_grades_and_feedback_names_no_truth(course
     table = list(csv.DictReader(io.StringIO((tmp_path / "one" / "gradebook.csv").read_text())))
     assert table[1]["Full name"] == "'=Alan Turing"  # no spreadsheet takes it for a formula
     assert float(table[0]["The sealed robot"]) >= 70
+    whole = list(csv.DictReader(io.StringIO((tmp_path / "one" / "grades.csv").read_text())))
+    assert [row["cause_said"] for row in whole] == [truth["effect"], "", "none", "none"]
     assert table[2]["The sealed robot"] == table[3]["The sealed robot"]
     assert truth["effect"] in (tmp_path / "one" / "report.html").read_text()
 
