@@ -28,7 +28,10 @@ def gross_rows(series: Series, model: JointModel) -> Rows:
     own = np.abs(e - 0.5 * (before + after))
     around = np.maximum(np.abs(before), np.abs(after))
     usual = max(model.noise_rad, spread(e[series.used]))
-    far = (own > _GROSS * usual) & (np.abs(e) > _ALONE * np.maximum(around, model.noise_rad)) & series.used
+    # What a row of bad timing would make of a fast move is no gross error.
+    moved = np.abs(np.diff(model.fit.e + series.measured, prepend=series.measured[0]))
+    quiet = np.abs(e) > np.maximum(moved, np.roll(moved, -1))
+    far = quiet & (own > _GROSS * usual) & (np.abs(e) > _ALONE * np.maximum(around, model.noise_rad)) & series.used
     rows = np.flatnonzero(far)
     return rows if len(rows) >= _FEWEST else rows[:0]
 
