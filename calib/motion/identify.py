@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from armtwin.calib.motion.events import gross_rows, missed_rows, without_commands
 from armtwin.calib.motion.fit import Fit, fit, robust_cost, scale_of
+from armtwin.calib.motion.missed_runs import missed_runs
 from armtwin.calib.motion.problem import MotionProblem, at_zeros
 from armtwin.calib.motion.sampling import Late, late, refined
 from armtwin.calib.motion.search import JointModel, delayed, noise_of, search_joint, weighed
@@ -78,7 +79,9 @@ def identify(problem: MotionProblem, tell: Callable[[str], None] = lambda _: Non
     gross: dict[int, Rows] = {}
     missed: dict[int, Rows] = {}
     for joint in range(n):
-        rows = missed_rows(problem.series[joint], models[joint])
+        rows = np.union1d(
+            missed_rows(problem.series[joint], models[joint]), missed_runs(problem.series[joint], models[joint])
+        )
         if len(rows):
             heard = _heard_without(problem, joint, rows)
             problem, before = heard, problem

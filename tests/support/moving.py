@@ -32,6 +32,7 @@ class Faults:
     late: tuple[float, float] | None = None  # from when on, and by how much, s
     gross: tuple[int, int] | None = None  # joint, number of rows
     missed: tuple[int, int] | None = None
+    deaf: tuple[int, tuple[tuple[int, int], ...]] | None = None  # joint, runs of rows whose commands it missed
     breathing: tuple[int, float] | None = None  # joint, amplitude: what no effect explains
 
 
@@ -142,6 +143,10 @@ def _heard(rng: np.random.Generator, sent: Array, values: Mapping[str, Array], f
         steps = np.abs(np.diff(sent[:, joint], prepend=sent[0, joint]))
         for row in np.sort(rng.choice(np.flatnonzero(steps > 0.03), count, replace=False)):
             heard[row, joint] = heard[row - 1, joint]
+    if faults.deaf is not None:
+        joint, runs = faults.deaf
+        for first, last in runs:
+            heard[first:last, joint] = heard[first - 1, joint]
     for joint in range(3):
         step, dead = values["step"][joint], values["dead"][joint]
         if step:
