@@ -38,7 +38,7 @@ from armtwin.scenarios.twins.correction import correct
 
 Array = NDArray[np.float64]
 
-_ROBOT, _POINTS = 1, 20
+_ROBOT, _POINTS = 7, 20
 
 
 def poses(n: int = 54) -> Array:

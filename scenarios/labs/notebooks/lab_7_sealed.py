@@ -35,7 +35,7 @@ def _():
 
 @app.cell(hide_code=True)
 def _(PRACTICE, mo):
-    choice = mo.ui.slider(1, 20, value=1, label="practice robot", show_value=True)
+    choice = mo.ui.slider(1, 20, value=7, label="practice robot", show_value=True)
     mo.vstack([choice, mo.md(f"What may be wrong with it: {', '.join(f'`{name}`' for name in PRACTICE)}.")])
     return (choice,)
 
