@@ -57,14 +57,16 @@ class DriveBank:
 
     @property
     def feels_motion(self) -> bool:
-        """Whether the friction of any joint follows its speed or its drive's torque."""
-        return bool(self._stribeck.any() or self._drive_share.any() or self._drive_stribeck.any())
+        """Whether a drive's numbers follow its speed or its torque: some friction, and what a heavy rotor may take."""
+        of_speed = bool(self._stribeck.any() or self._rotor_s2.any())
+        return of_speed or bool(self._drive_share.any() or self._drive_stribeck.any())
 
     @property
     def has_friction(self) -> bool:
         """Whether any joint has dry friction."""
         of_load = bool(self._load_share.any() or self._load_stribeck.any())
-        return bool(self._coulomb.any()) or of_load or self.feels_motion
+        of_drive = bool(self._drive_share.any() or self._drive_stribeck.any())
+        return bool(self._coulomb.any() or self._stribeck.any()) or of_load or of_drive
 
     def step(self, h: float) -> tuple[Array, Array]:
         """(n,) damping, N m s/rad, and armature, kg m2, for a step of `h` seconds."""
@@ -81,19 +83,28 @@ class DriveBank:
         whole = STIFFNESS_NM_RAD / (1.0 + product - (one + other)).real
         return h * (1.0 - product) * whole, h * h * whole
 
-    def push_limits(self, damping: Array, load: Array, friction: Array) -> Array:
+    def push_limits(self, damping: Array, load: Array, friction: Array, rotor: Array | None = None) -> Array:
         """(n, 2) least and most torque of the springs, N m, under loads (n,), N m, that gravity puts on the joints.
 
         `load` is the torque that would hold the joint. Of the speed that is left under a load as much is lost as the
         load's share of the stall torque; a load that helps makes nothing faster. What limits the speed is the drive's
-        electronics: against dry `friction` (n,), N m, the motor has as much in reserve.
+        electronics: against dry `friction` (n,), N m, the motor has as much in reserve, and `rotor` (n, 2), N m, to
+        bring its rotor down or up to that speed.
         """
         share = load / self._torque
         up = np.clip(1.0 - share, 0.0, 1.0)
         down = np.clip(1.0 + share, 0.0, 1.0)
         force = damping * self._speed
         rubs = friction + STIFFNESS_NM_RAD * self._reserve
-        return np.stack([-force * down - rubs, force * up + rubs], axis=-1)
+        limits = np.stack([-force * down - rubs, force * up + rubs], axis=-1)
+        return limits if rotor is None else limits + rotor
+
+    def rotor_reserve(self, armature: Array, damping: Array, speed: Array, h: float) -> Array:
+        """(n, 2) torque, N m, that brings the rotors from speeds (n,), rad/s, down and up to the limit in a step."""
+        inertia = np.maximum(armature / h - damping, 0.0)  # beyond the damper's own share of the armature
+        return np.stack(
+            [inertia * np.minimum(-self._speed - speed, 0.0), inertia * np.maximum(self._speed - speed, 0.0)], -1
+        )
 
     def droop(self, load: Array, payload: Array) -> Array:
         """(n,) rad by which the loops give under the drawn loads and the undeclared payload's, N m."""

@@ -92,7 +92,7 @@ class MotionRun:
         self._disturbances: list[Disturbance] = [make() for make in world.disturbances]
         self._acts = bool(self._disturbances)
         self._step_s = 0.0
-        self._damping = np.zeros(n)
+        self._damping = self._armature = np.zeros(n)
         self._arrivals = np.unique(
             np.concatenate([*(wire.time_s[1:] for wire in self._wires), [s.time_s for s in self._slips]])
         )
@@ -170,9 +170,9 @@ class MotionRun:
             return
         self._step_s = h
         self.model.opt.timestep = h
-        self._damping, armature = self._bank.step(h)
+        self._damping, self._armature = self._bank.step(h)
         self.model.dof_damping[self._dofs] = self._damping
-        self.model.dof_armature[self._dofs] = armature
+        self.model.dof_armature[self._dofs] = self._armature
         load = np.zeros(len(self._dofs))
         friction = self._bank.friction(load, load, load)
         self.model.actuator_forcerange[:] = self._bank.push_limits(self._damping, load, friction)
@@ -194,7 +194,8 @@ class MotionRun:
             driven = self.data.actuator_force - self._damping * speed
             friction = self._bank.friction(load, speed, driven)
             self.model.dof_frictionloss[self._dofs] = friction
-        self.model.actuator_forcerange[:] = self._bank.push_limits(self._damping, load, friction)
+        rotor = self._bank.rotor_reserve(self._armature, self._damping, speed, self._step_s)
+        self.model.actuator_forcerange[:] = self._bank.push_limits(self._damping, load, friction, rotor)
 
     def _payload_torque(self, now: float) -> Array:
         """(n,) torque, N m, that holds the undeclared mass at the tip."""

@@ -18,7 +18,6 @@ IN_A_FILE: list[tuple[str, dict[str, Any]]] = [
     ("servo_lag", {"time_constant_s": 0.07}),
     ("speed_limit", {"speed_rad_s": 1.0}),
     ("friction", {"coulomb_rad": 0.012}),
-    ("inertia", {"armature_kg_m2": 0.05}),
     ("backlash", {"width_rad": 0.02}),
     ("hysteresis", {"lag_rad": 0.01, "length_rad": 0.05}),
     ("contact", {"stop_rad": 0.2, "side": 1}),
@@ -53,6 +52,14 @@ def test_plain_mujoco_moves_the_file_as_the_twin_moves(
     assert [cause[0] for cause in held.held] == [name]
     expected = simulate_twin_motion(causes, upright(), [motion])
     assert np.abs(stepped(tmp_path / "twin.xml", motion) - expected).max() < 1e-3
+
+
+def test_a_heavy_rotor_is_in_the_file_for_what_stays_below_the_top_speed(tmp_path: Path) -> None:
+    causes: list[MotionCause] = [("inertia", J2, {"armature_kg_m2": 0.05})]
+    export_moving_mjcf(causes, upright(), tmp_path / "twin.xml")
+    for motion in (swing(3), steps(3, (0.0, 0.06, 0.0))):
+        expected = simulate_twin_motion(causes, upright(), [motion])
+        assert np.abs(stepped(tmp_path / "twin.xml", motion) - expected).max() < 1e-3
 
 
 def test_an_arm_of_any_axes_is_written_too(tmp_path: Path) -> None:
