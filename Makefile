@@ -31,7 +31,7 @@ help:
 	@echo "make test-slow   the long tests"
 	@echo "make nightly     hidden effects with fresh seeds"
 	@echo "make setup   set up only"
-	@echo "make seal-score  hide effects in 360 worlds and score the diagnosis (about a quarter of an hour)"
+	@echo "make seal-score  hide effects in 360 worlds, 60 of them rendered, and score the diagnosis"
 	@echo "make seal-score-moving  hide effects in 240 logs of moving arms and score the diagnosis"
 	@echo "make sweep   the standing map of what is found: up to 10,944 worlds, gone on with where it was broken off"
 	@echo "make fuzz    10,000 broken frames at both ends of the serial line"
@@ -67,8 +67,10 @@ check: setup
 # A set of worlds of its own for every seed: make seal-score SEED=7
 SEED := 1
 seal-score: setup
-	$(BIN)/armtwin seal --n 360 --seed $(SEED) --pairs --uncatalogued tests/support/uncatalogued.py --out out/sealed-$(SEED)
+	$(BIN)/armtwin seal --n 300 --seed $(SEED) --pairs --uncatalogued tests/support/uncatalogued.py --out out/sealed-$(SEED)
+	$(BIN)/armtwin seal --n 60 --seed $(SEED) --frames --out out/sealed-$(SEED)-frames
 	$(BIN)/armtwin score out/sealed-$(SEED)
+	$(BIN)/armtwin score out/sealed-$(SEED)-frames
 
 # The same for logs of a moving arm.
 seal-score-moving: setup

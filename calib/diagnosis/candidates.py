@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 
 # So many candidates are fitted in full, the most promising by one linearised step.
 _FULL_FITS = 14
+# Of the first of them an effect's other form is fitted in full as well: one step says little of a frequency.
+_BOTH_FORMS = 4
 # A scan is narrowed about its best while that gains, at most so often.
 _REFINEMENTS = 6
 # A scan is repeated from a better geometry while that lowers the deviance by so much.
@@ -67,9 +69,13 @@ def fit_candidates(data: Data, base: Fit, pairs: Sequence[tuple[Effect, Site]]) 
             screened.append(best)
     screened.sort(key=lambda row: row[0])
     fitted = []
-    for _, active, starts in screened[:_FULL_FITS]:
-        result = _polished(data, fit(data, base.g, (*base.effects, active)))
-        fitted.append(CandidateModel(result.effects[-1], result, _complexity(data, result.effects[-1], starts)))
+    for place, (_, forms, starts) in enumerate(screened[:_FULL_FITS]):
+        fits = [
+            _polished(data, fit(data, base.g, (*base.effects, form)))
+            for form in (forms if place < _BOTH_FORMS else forms[:1])
+        ]
+        models = [CandidateModel(one.effects[-1], one, _complexity(data, one.effects[-1], starts)) for one in fits]
+        fitted.append(min(models, key=lambda model: model.score))
     fitted.sort(key=lambda candidate: candidate.score)
     return _best_refined(data, base, fitted)
 
@@ -130,15 +136,19 @@ def _suggested(data: Data, g: Array, others: tuple[Active, ...], active: Active)
     return [Active(active.effect, active.site, v) for v in active.effect.screen(context, active.site, evidence)]
 
 
-def _best_start(data: Data, screen: Screen, effect: Effect, site: Site) -> tuple[float, Active, int] | None:
-    """Return promised deviance, start and number of starts of the best one, refined where the effect offers it."""
+def _best_start(data: Data, screen: Screen, effect: Effect, site: Site) -> tuple[float, list[Active], int] | None:
+    """Return promised deviance, starts and number of starts tried, the best form first and refined where it can be.
+
+    A second start is of the effect's next best form, where it has several.
+    """
     context = data.problem.context
     starts = [Active(effect, site, values) for values in effect.starts(context, site, None)]
     if effect.screen is not None:
         starts += [Active(effect, site, values) for values in effect.screen(context, site, screen.evidence)]
-    best = _simplest_start(data, screen, starts)
-    if best is None:
+    forms = _best_of_forms(data, screen, starts)
+    if not forms:
         return None
+    best = forms[0]
     tried, seen = len(starts), {start.values.tobytes() for start in starts}
     for _ in range(_REFINEMENTS):
         finer = [Active(effect, site, values) for values in effect.starts(context, site, best[1].values)]
@@ -149,19 +159,20 @@ def _best_start(data: Data, screen: Screen, effect: Effect, site: Site) -> tuple
         seen.update(start.values.tobytes() for start in fresh)
         tried = len(starts) + len(finer)
         best = refined
-    return best[0], best[1], tried
+    return best[0], [best[1], *(form[1] for form in forms[1:2])], tried
 
 
-def _simplest_start(data: Data, screen: Screen, starts: Sequence[Active]) -> tuple[float, Active] | None:
-    """Return the best start; where an effect has forms with more numbers and with fewer, what those cost counts."""
+def _best_of_forms(data: Data, screen: Screen, starts: Sequence[Active]) -> list[tuple[float, Active]]:
+    """Return the best start of each form: with more numbers and with fewer, the best first by what those cost too."""
     priced = starts[0].effect.complexity if starts else None
-    if priced is None:
-        return best_start(screen, starts)
+    if priced is None or starts[0].effect.screen is not None:
+        best = best_start(screen, starts)
+        return [] if best is None else [best]
     context, forms = data.problem.context, dict[float, list[Active]]()
     for start in starts:
         forms.setdefault(priced(context, start.values), []).append(start)
-    best = [(price, found) for price, form in forms.items() if (found := best_start(screen, form)) is not None]
-    return min(best, key=lambda one: one[0] + one[1][0])[1]
+    found = [(price, best) for price, form in forms.items() if (best := best_start(screen, form)) is not None]
+    return [best for _, best in sorted(found, key=lambda one: one[0] + one[1][0])]
 
 
 def _complexity(data: Data, active: Active, starts: int) -> float:

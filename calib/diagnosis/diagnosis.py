@@ -20,6 +20,7 @@ from armtwin.calib.diagnosis.search import Cause, Explanation, search
 from armtwin.calib.diagnosis.significance import loud_from, of_the_grain
 from armtwin.calib.diagnosis.structure import Trend, louder_than_noise, trends, typical_misfit
 from armtwin.calib.diagnosis.uncertainty import uncertainty
+from armtwin.calib.diagnosis.vanished import vanished
 from armtwin.models.catalogue.predict import Active
 from armtwin.models.errors import RecordingError
 from armtwin.models.recordings.recording import Recording
@@ -131,6 +132,9 @@ def diagnose(recording: Recording, progress: Callable[[str], None] = lambda _: N
         progress("looking at what only the held-out poses show")
         verdict, after = "unknown", (only_held_out,)
         suspects, _ = _causes(search(problem, ~every_fourth(len(recording)), noise, progress))
+    gone = vanished(problem, problem.predict(final.g, final.effects)) if verdict == "none" else None
+    if gone is not None:
+        verdict, after = "unknown", (gone,)
     held_out = held_out_gain(problem, explanation, held_rows, names, words)
     return Diagnosis(
         verdict=verdict,

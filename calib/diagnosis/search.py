@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]
 
 # Effects at once that a recording of a few hundred poses can hold apart.
-_MOST_EFFECTS = 3
+_MOST_EFFECTS = 5
 # A cause must explain this share of what is left. Of several causes the first may be one among equals; what a further
 # one explains less of than half is rather the imperfect form of those already named.
 _FIRST_SHARE = 0.2

@@ -31,45 +31,50 @@ Array = NDArray[np.float64]
 
 
 _BOUNDS_RAD_PER_NM = (0.0, 3.0)
-# A spring that has given by one over this is stiffer by a third or so; below a hundredth of a radian it is a stop.
-_BOUNDS_PER_RAD = (0.0, 100.0)
+# A spring that has given by one over the root of this is stiffer by a third or so; at a hundredth of a radian it stops.
+_BOUNDS_PER_RAD2 = (0.0, 1e4)
+# The power with which a spring stiffens whose torque grows with the cube of its angle.
+_CUBIC = 1.0 / 3.0
 
 
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
     """Angles that give by compliance times torque, `values` (n,) rad/(N m).
 
-    Where (n,) more and a switch follow, 1/rad, a joint gives the less the further: by b / sqrt(1 + (k b)^2) for b.
+    Where (n,) more, 1/rad^2, a power and a switch follow, a joint gives the less the further: by b / (1 + s b^2)^p.
+    A cubic spring has p of a third, a stop one of a half.
     """
     n = q.shape[1]
     compliance = values[:n]
     stiffens = values[n : 2 * n] if len(values) > n and values[-1] else np.zeros(n)
-    give = _given(compliance * context.declared_torque(q), stiffens)
-    out: Array = q + _given(compliance * context.declared_torque(q + give), stiffens)
+    power = float(values[2 * n]) if len(values) > n else 0.0
+    give = _given(compliance * context.declared_torque(q), stiffens, power)
+    out: Array = q + _given(compliance * context.declared_torque(q + give), stiffens, power)
     return out
 
 
-def _given(linear: Array, stiffens: Array) -> Array:
-    out: Array = linear / np.sqrt(1.0 + (stiffens * linear) ** 2)
+def _given(linear: Array, stiffens: Array, power: float) -> Array:
+    out: Array = linear / (1.0 + stiffens * linear**2) ** power
     return out
 
 
 def told(context: Context, values: Array) -> list[int]:
     """Leave out how springs stiffen where they do not."""
     n = context.arm.n_joints
-    return list(range(2 * n)) if values[-1] else list(range(n))
+    return list(range(2 * n + 1)) if values[-1] else list(range(n))
 
 
 def complexity(context: Context, values: Array) -> float:
     """Of each number that acts the logarithm of the rows."""
     n = context.arm.n_joints
-    return (2 * n if values[-1] else n) * float(np.log(2 * len(context)))
+    return (2 * n + 1 if values[-1] else n) * float(np.log(2 * len(context)))
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
     numbers = range(1, context.arm.n_joints + 1)
     return (
         *(Parameter(f"compliance{number}_rad_per_nm", _BOUNDS_RAD_PER_NM, 0.3) for number in numbers),
-        *(Parameter(f"stiffens{number}_per_rad", _BOUNDS_PER_RAD, 20.0, off=None) for number in numbers),
+        *(Parameter(f"stiffens{number}_per_rad2", _BOUNDS_PER_RAD2, 500.0, off=None) for number in numbers),
+        Parameter("stiffening_power", (0.1, 0.5), 0.2, off=None),
         Parameter("stiffening", (0.0, 1.0), 1.0, scanned=True),
     )
 
@@ -78,8 +83,8 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
     if around is not None:
         return []
     n = context.arm.n_joints
-    linear = [np.concatenate([np.full(n, 0.02), np.zeros(n), [0.0]])]
-    return linear + [np.concatenate([np.full(n, 0.2), np.full(n, k), [1.0]]) for k in (5.0, 20.0)]
+    linear = [np.concatenate([np.full(n, 0.02), np.zeros(n), [_CUBIC, 0.0]])]
+    return linear + [np.concatenate([np.full(n, 0.2), np.full(n, k), [_CUBIC, 1.0]]) for k in (25.0, 400.0)]
 
 
 def physical(context: Context, values: Array) -> dict[str, Any]:
@@ -87,7 +92,8 @@ def physical(context: Context, values: Array) -> dict[str, Any]:
     n = context.arm.n_joints
     built = {f"compliance{joint + 1}_rad_per_nm": float(values[joint]) for joint in range(n)}
     if values[-1]:
-        built |= {f"stiffens{joint + 1}_per_rad": float(values[n + joint]) for joint in range(n)}
+        cubes = values[2 * n] * values[n : 2 * n]  # to third order the same
+        built |= {f"stiffens{joint + 1}_per_rad2": float(cubes[joint]) for joint in range(n)}
     return built
 
 
@@ -103,12 +109,11 @@ def inject(world: World, parameters: Mapping[str, Any], site: Site) -> World:
     """Put a torsion spring between each servo and its link: gear teeth, horn and bracket that give.
 
     `compliance1_rad_per_nm`, `compliance2_rad_per_nm`, ...: one a joint; a joint without one is stiff. With
-    `stiffensN_per_rad` the spring's torque also grows with the cube of its angle: it is stiffer by half, on the whole,
-    where it has given by one over that.
+    `stiffensN_per_rad2` the spring's torque also grows with the cube of its angle.
     """
     numbers = range(1, world.arm.n_joints + 1)
     compliances = {n: float(parameters[f"compliance{n}_rad_per_nm"]) for n in numbers}
-    cubes = {n: 0.5 * float(parameters.get(f"stiffens{n}_per_rad", 0.0)) ** 2 for n in numbers}
+    cubes = {n: float(parameters.get(f"stiffens{n}_per_rad2", 0.0)) for n in numbers}
 
     def mechanism(spec: mujoco.MjSpec) -> None:
         for number, compliance in compliances.items():
@@ -136,7 +141,7 @@ EFFECT = Effect(
     injector=inject,
     injected=(
         Injected("compliance{joint}_rad_per_nm", (0.0, 10.0), 0.0),
-        Injected("stiffens{joint}_per_rad", (0.0, 1000.0), optional=True),
+        Injected("stiffens{joint}_per_rad2", (0.0, 1e5), optional=True),
     ),
     confused_with=("payload", "link_bending", "servo_nonlinearity"),
     experiment="the arm turned against gravity, and a known mass at the tip",

@@ -35,8 +35,9 @@ _MEETS = 4.0
 _MISSES_TOO = 5.0
 # A run of missed poses is found one pose a look.
 _LOOKS = 12
-# Up to so many joints every set of them may have stayed; of longer arms one joint or all.
+# Up to so many joints every set of them may have stayed; of longer arms one joint, two, or all.
 _ANY_SET = 3
+_OF_MORE = 2
 # A value is its row where all joints stayed; where only some did, these follow as a fraction: bit j for joint j + 1.
 _SETS = 128.0
 
@@ -111,7 +112,9 @@ def _all_stayed(view: View) -> list[float]:
 
 def _sets(n: int) -> list[NDArray[np.bool_]]:
     """(n,) sets of joints that may have stayed: all first, then from one joint up."""
-    numbers = sorted(range(1, 2**n - 1), key=int.bit_count) if n <= _ANY_SET else [1 << joint for joint in range(n)]
+    numbers = sorted(range(1, 2**n - 1), key=int.bit_count)
+    if n > _ANY_SET:
+        numbers = [number for number in numbers if number.bit_count() <= _OF_MORE]
     return [np.ones(n, dtype=bool), *(_joints_of(number, n) for number in numbers)]
 
 

@@ -58,6 +58,8 @@ def find(context: Context, view: View) -> list[tuple[Site, Array]]:
         rows = [at for at in rows if misfit[at] > _GROSS_OF_FEW]
     if max((misfit[at] for at in rows), default=0.0) < _end_of_tail(misfit):
         return []
+    if all(row == 0 for row, _ in rows):  # alone, the first pose may tell of where the bench was found
+        return []
     return [(Site(), np.array(rows, dtype=float).ravel())] if rows else []
 
 

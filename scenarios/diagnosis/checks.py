@@ -58,7 +58,27 @@ def check_recording(recording: Recording) -> None:
 
 def notes_on(recording: Recording) -> list[str]:
     """Return what this recording cannot tell whatever is found, one line each."""
-    return [*_constant(recording), *_one_sided(recording), *_coarse(recording)]
+    return [*_constant(recording), *_one_sided(recording), *_coarse(recording), *_seldom_seen(recording)]
+
+
+# Markers that are missed in fewer poses than this share are as good as seen.
+_SELDOM = 0.05
+
+
+def _seldom_seen(recording: Recording) -> list[str]:
+    """Say of each marker in how many poses it was seen, and from when on it was not, where it was missed in many."""
+    lines = []
+    for name, pixels in recording.markers_px.items():
+        seen: NDArray[np.bool_] = np.asarray(np.isfinite(pixels).all(axis=-1))
+        if not seen.any() or seen.mean() > 1.0 - _SELDOM:
+            continue
+        last = int(np.flatnonzero(seen)[-1])
+        gone = "" if last == len(seen) - 1 else f", and never from sample {recording.sample[last + 1]} on"
+        lines.append(
+            f"marker {name.upper()} was seen in {seen.sum()} of {len(seen)} poses and not in {(~seen).sum()}{gone}: "
+            "what happened there is told by the other markers alone"
+        )
+    return lines
 
 
 def _refuse_unseen(values: Array, columns: str, what: str) -> None:

@@ -13,6 +13,7 @@ from armtwin.calib.diagnosis.experiment import Experiment
 from armtwin.calib.diagnosis.structure import Trend
 from armtwin.calib.setup.screen import Screened
 from armtwin.scenarios.diagnosis import figures
+from armtwin.scenarios.diagnosis.looks import remainder_in_words
 from armtwin.scenarios.diagnosis.ranking import Ranked, rank_causes
 from armtwin.scenarios.diagnosis.remainder import Remainder, remainder, sightings
 from armtwin.scenarios.diagnosis.resimulate import Resimulation
@@ -71,7 +72,7 @@ def _causes(report: DiagnosisReport) -> Section:
     diagnosis = report.diagnosis
     causes = diagnosis.causes or diagnosis.suspects
     if not causes:
-        return Section("causes", "No cause to name", _nothing(diagnosis))
+        return Section("causes", "No cause to name", _nothing(report))
     title = "What is wrong" if diagnosis.causes else "What comes nearest, and is not proven"
     lead = " ".join(
         f"{cause.active.effect.name} ({site_words(cause)}): {cause.active.effect.summary}." for cause in causes
@@ -102,7 +103,8 @@ def _cause_rows(cause: NamedCause, diagnosis: Diagnosis) -> list[list[Cell]]:
     return rows
 
 
-def _nothing(diagnosis: Diagnosis) -> str:
+def _nothing(report: DiagnosisReport) -> str:
+    diagnosis = report.diagnosis
     if diagnosis.verdict == "none":
         return (
             "The calibrated geometry explains every pose to the noise, and what remains follows nothing. A fault that "
@@ -110,7 +112,8 @@ def _nothing(diagnosis: Diagnosis) -> str:
         )
     if diagnosis.only_held_out:
         return "The poses held out are missed by more than the noise, the others are not, and no effect explains both."
-    return "What remains is more than noise, and no effect of the catalogue explains enough of it to be named."
+    seen = remainder_in_words(diagnosis, report.screened.recording.sample)
+    return f"No effect of the catalogue explains enough of what remains to be named. {seen}"
 
 
 def _where(before: Remainder, after: Remainder | None) -> Section:

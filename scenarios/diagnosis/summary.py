@@ -6,6 +6,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from armtwin.scenarios.diagnosis.looks import remainder_in_words
 from armtwin.scenarios.diagnosis.sections import DiagnosisReport
 from armtwin.scenarios.diagnosis.words import gain, headline, missed, parameter_rows, site_words, what_next
 
@@ -18,6 +19,8 @@ def print_summary(console: Console, report: DiagnosisReport) -> None:
     if report.screened.errors:
         console.print(Text("What follows is of the recording without it.", style="bold"))
     console.print(Text(f"{diagnosis.verdict.upper()}  {headline(diagnosis)}", style="bold"))
+    if diagnosis.verdict == "unknown":
+        console.print(Text(remainder_in_words(diagnosis, report.screened.recording.sample)))
     if diagnosis.suspects:
         console.print(Text("Nearest, and not proven:"))
     for cause in diagnosis.causes or diagnosis.suspects:

@@ -38,7 +38,7 @@ def test_an_effect_is_fitted_together_with_the_geometry() -> None:
 
 def test_a_parameter_at_its_bound_does_not_stop_the_others() -> None:
     data = data_of(problem_of(recording(gravity=-9.81)))
-    sag = Active(effect_named("gravity_sag"), Site(), np.array([0.5, *np.zeros(6)]))
+    sag = Active(effect_named("gravity_sag"), Site(), np.array([0.5, *np.zeros(7)]))
     model = fit(data, data.problem.nominal, (sag,), iterations=40)
     assert model.misfit.sum() / degrees_of_freedom(data, model) < 1.2
     assert (model.effects[0].values >= 0.0).all()

@@ -44,16 +44,18 @@ def test_weight_is_not_looked_for_in_an_arm_that_lies_flat(name: str) -> None:
 
 def test_a_stiffening_spring_gives_the_less_the_further() -> None:
     context = context_of()
-    soft, stiff = (turned("gravity_sag", context, [0.2] * 3 + [k] * 3 + [1.0]) - context.q_cmd for k in (0.0, 20.0))
+    soft, stiff = (
+        turned("gravity_sag", context, [0.2] * 3 + [k] * 3 + [0.5, 1.0]) - context.q_cmd for k in (0.0, 400.0)
+    )
     assert np.abs(stiff).max() < np.abs(soft).max()
     far, near = np.argmax(np.abs(soft[:, 0])), np.argmin(np.abs(soft[:, 0]))
     assert stiff[far, 0] / soft[far, 0] < stiff[near, 0] / soft[near, 0] < 1.0
 
 
-def test_the_bench_makes_a_spring_that_stiffens_as_the_term_says_it_does() -> None:
-    values = np.array([0.1, 0.1, 0.1, 10.0, 10.0, 10.0, 1.0])
+def test_the_bench_makes_a_spring_that_stiffens_by_the_cube_of_its_angle() -> None:
+    values = np.array([0.1, 0.1, 0.1, 10.0, 10.0, 10.0, 0.5, 1.0])
     context = context_of()
     built = effect_named("gravity_sag").built(context, Site(), values)
     assert built == {f"compliance{j}_rad_per_nm": 0.1 for j in (1, 2, 3)} | {
-        f"stiffens{j}_per_rad": 10.0 for j in (1, 2, 3)
+        f"stiffens{j}_per_rad2": 5.0 for j in (1, 2, 3)
     }
