@@ -60,13 +60,13 @@ class Linearisation:
 
 
 def smooth_parameters(problem: Problem, effects: Sequence[Active]) -> tuple[Smooth, ...]:
-    """Return the parameters that a gradient finds."""
-    return tuple(
-        Smooth(index, k, parameter)
-        for index, active in enumerate(effects)
-        for k, parameter in enumerate(active.effect.parameters(problem.context, active.site))
-        if not parameter.scanned
-    )
+    """Return the parameters that a gradient finds, without those that are idle in the form that an effect has."""
+    context, found = problem.context, []
+    for index, active in enumerate(effects):
+        parameters = active.effect.parameters(context, active.site)
+        acting = active.effect.acting(context, active.site, active.values)
+        found += [Smooth(index, k, parameters[k]) for k in acting]
+    return tuple(found)
 
 
 def precision_of(problem: Problem, smooth: Sequence[Smooth]) -> Array:

@@ -92,6 +92,14 @@ def repair(data: Data, model: Fit) -> Repaired:
     return Repaired(data, tuple(found))
 
 
+def is_certain(untouched: Data, model: Fit, active: Active) -> bool:
+    """Whether what was put right is worth a name: noise with tails has far points that are left out alone."""
+    how = active.effect.found
+    if how is None or how.certain is None:
+        return True
+    return how.certain(untouched.problem.context, _view(untouched, model, True), active.site, active.values)
+
+
 def repaired(data: Data, active: Active) -> Data:
     """Return the data with what was found of one effect put right or left out."""
     assert active.effect.found is not None

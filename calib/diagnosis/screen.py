@@ -55,8 +55,9 @@ class Screen:
 
     def promise(self, candidate: Active) -> float:
         """Return the deviance that a fit from `candidate`'s values promises."""
-        parameters = candidate.effect.parameters(self._data.problem.context, candidate.site)
-        free = [k for k, parameter in enumerate(parameters) if not parameter.scanned]
+        context = self._data.problem.context
+        parameters = candidate.effect.parameters(context, candidate.site)
+        free = candidate.effect.acting(context, candidate.site, candidate.values)
         if candidate.effect.stage <= Stage.JOINT:
             dq = self._turned(candidate)
             if np.abs(dq).max() < _LINEAR_RAD:

@@ -20,7 +20,7 @@ from armtwin.calib.diagnosis.candidates import CandidateModel, candidate_sites, 
 from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom, excess_of, fit
 from armtwin.calib.diagnosis.noise import estimate_noise, least_noise, robust_std
 from armtwin.calib.diagnosis.problem import Problem
-from armtwin.calib.diagnosis.repairs import Repaired, repair
+from armtwin.calib.diagnosis.repairs import Repaired, is_certain, repair
 from armtwin.calib.diagnosis.replacement import Equivalents, Ranked, rescanned, settle
 from armtwin.calib.diagnosis.significance import LEVEL, of_the_grain
 from armtwin.models.catalogue.predict import Active
@@ -213,15 +213,26 @@ def p_value_of(data: Data, without: Fit, candidate: CandidateModel) -> float:
     left = float(candidate.fit.misfit.sum()) / free
     left = max(left, 1.0 if data.declared else (data.problem.grain_std / data.noise) ** 2)
     gain = max(without.deviance - candidate.score, 0.0) / max(left, 1e-12)
-    parameters = candidate.active.effect.parameters(data.problem.context, candidate.active.site)
     tries = len(candidate_sites(data, without.effects)) + 1
-    smooth = max(sum(not p.scanned for p in parameters), 1)
+    smooth = _free(data, candidate.active)
     return float(min(1.0, tries * stats.f.sf(gain / smooth, smooth, free)))
 
 
+def _free(data: Data, active: Active) -> int:
+    """Return how many parameters a gradient finds of an effect, at least one."""
+    return max(len(active.effect.acting(data.problem.context, active.site, active.values)), 1)
+
+
 def _best_accepted(data: Data, base: Fit, ranked: list[CandidateModel], g: Array) -> CandidateModel | None:
-    """Return the best candidate, or where that fails its test one that is as good as it and passes."""
-    alike = (candidate for candidate in ranked if candidate.score < ranked[0].score + _ALIKE)
+    """Return the best candidate, or where that fails its test one that is as good as it and passes.
+
+    As good is meant in units of what the best itself leaves: gross errors that hide in it are no merit.
+    """
+    if not ranked:
+        return None
+    best = ranked[0]
+    left = max(1.0, float(best.fit.misfit.sum()) / degrees_of_freedom(data, best.fit))
+    alike = (candidate for candidate in ranked if candidate.score < best.score + _ALIKE * left)
     return next((candidate for candidate in alike if _accepted(data, base, candidate, g)), None)
 
 
@@ -292,7 +303,7 @@ def _explanation(
         without = fit(data, base.g, tuple(other for other in base.effects if other.key != active.key))
         gain = float(without.misfit.sum() - final.misfit.sum())
         left = max(1.0, final.misfit.sum() / degrees_of_freedom(data, final))
-        k = max(sum(not p.scanned for p in active.effect.parameters(data.problem.context, active.site)), 1)
+        k = _free(data, active)
         p_value = float(min(1.0, len(candidate_sites(data)) * stats.chi2.sf(max(gain, 0.0) / left, k)))
         share = min(gain / excess, 1.0) if excess > 0 else 0.0
         causes.append(Cause(active, p_value, share, equivalents.get(active.key, ())))
@@ -303,7 +314,7 @@ def _explanation(
         geometric=geometric,
         final=final,
         causes=tuple(causes),
-        found=repaired.found,
+        found=tuple(active for active in repaired.found if is_certain(untouched, final, active)),
         excess=excess,
         remaining=excess_of(data, final),
         considered=tuple(considered),

@@ -60,7 +60,9 @@ def uncertainty(data: Data, model: Fit) -> Uncertainty:
             for k, parameter in enumerate(parameters)
             if parameter.scanned
         }
-        effects_std.append(np.array([scanned[k] if k in scanned else smooth[index, k] for k in range(len(parameters))]))
+        # Of what is idle nothing is known but its prior.
+        known = [scanned.get(k, smooth.get((index, k), one.prior_std)) for k, one in enumerate(parameters)]
+        effects_std.append(np.array(known))
     return Uncertainty(covariance, std[: len(model.g)], tuple(effects_std))
 
 

@@ -248,6 +248,12 @@ class Effect:
         pairs = zip(self.parameters(context, site), values, strict=True)
         return {parameter.name: float(value) for parameter, value in pairs if parameter.name in known}
 
+    def acting(self, context: Context, site: Site, values: Array) -> list[int]:
+        """Return which of the values a gradient finds: neither scanned nor idle."""
+        told = None if self.told is None else set(self.told(context, values))
+        parameters = self.parameters(context, site)
+        return [k for k, one in enumerate(parameters) if not one.scanned and (told is None or k in told)]
+
     def sites(self, context: Context) -> list[Site]:
         """List the sites at which this effect may sit in a recording."""
         if self.where in ("joint", "link"):

@@ -42,6 +42,7 @@ class Found:
         measure: what is told of it and what its injector takes, by name, from the observations' departures (k, d) at
             the samples that were found and the number of sightings that count; None: their number alone.
         last: it takes whatever is far off, so that every other effect is looked for before it.
+        certain: whether what was found and put right is worth a name, by what the final model leaves; None: always.
 
     """
 
@@ -49,3 +50,4 @@ class Found:
     repair: Repair | None = None
     measure: Callable[[Array, int], Mapping[str, Measured]] | None = None
     last: bool = False
+    certain: Callable[[Context, View, Site, Array], bool] | None = None

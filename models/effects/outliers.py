@@ -56,11 +56,15 @@ def find(context: Context, view: View) -> list[tuple[Site, Array]]:
     ]
     if len(rows) < _FEW:
         rows = [at for at in rows if misfit[at] > _GROSS_OF_FEW]
-    if max((misfit[at] for at in rows), default=0.0) < _end_of_tail(misfit):
-        return []
-    if all(row == 0 for row, _ in rows):  # alone, the first pose may tell of where the bench was found
-        return []
     return [(Site(), np.array(rows, dtype=float).ravel())] if rows else []
+
+
+def certain(context: Context, view: View, site: Site, values: Array) -> bool:
+    """Whether one of them lies beyond any tail of the noise; the first pose alone may tell how the bench was found."""
+    misfit = view.misfit(view.observed, view.predicted)
+    at = values.reshape(-1, 2).astype(int)
+    farthest = float(np.nanmax(misfit[at[:, 0], at[:, 1]]))
+    return bool(at[:, 0].any()) and farthest > _end_of_tail(misfit)
 
 
 def _end_of_tail(misfit: Array) -> float:
@@ -168,7 +172,7 @@ EFFECT = Effect(
     injected=(Injected("rate", (0.0, 1.0)), Injected("size_px", (0.0, 5000.0))),
     confused_with=("marker_swap", "missed_command"),
     experiment="the frames in question looked at again",
-    found=Found(find, repair, measure, last=True),
+    found=Found(find, repair, measure, last=True, certain=certain),
     sealed=sealed.Sealing(_hide),
 )
 
