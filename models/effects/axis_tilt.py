@@ -2,6 +2,10 @@
 
 What lies beyond the joint leaves the plane, towards the camera on one side and away from it on the other. The links
 beyond may be square to their tilted axis, or square to the plane at zero angle.
+
+Known forms: a bore drilled askew, a bracket that is bent or a printed joint that warped, all of them fixed; a bearing
+with radial play, in which the axis wobbles. Covered: a fixed tilt about both directions, whichever side the links are
+square to. Not covered: an axis that wobbles with the turn or under load (`unknown` where plain).
 """
 
 from __future__ import annotations

@@ -1,6 +1,10 @@
 """The camera creeps.
 
 The term is a creep along the recording's clock that slows down with a time constant of `settling` recordings.
+
+Known forms: a tripod or a clamp that settles, a mount that warms up (both slow down), a thread that goes on turning.
+Covered: one creep of all six motions with one time constant, from a step to a steady crawl. Not covered: a drift
+there and back, and breathing with the room's temperature.
 """
 
 from __future__ import annotations

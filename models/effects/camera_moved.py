@@ -1,4 +1,8 @@
-"""The camera was bumped at one sample."""
+"""The camera was bumped at one sample.
+
+Known forms: a knock, a cable that is pulled, a camera that was taken off and put back. Covered: one move of all six
+motions at once. Not covered: several knocks (`unknown`), and shaking from picture to picture, which is noise.
+"""
 
 from __future__ import annotations
 

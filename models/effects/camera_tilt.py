@@ -2,6 +2,9 @@
 
 A turn about the optical axis looks like a turned base and is left to the geometry; what remains is the keystone of the
 turns about the camera's x and y axes.
+
+Known forms: a board that was not where it was thought to be when the camera was calibrated, a mount that was turned
+since, a rolling shutter's shear (not covered). Covered: fixed turns about the camera's x and y axes.
 """
 
 from __future__ import annotations

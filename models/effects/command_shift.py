@@ -1,4 +1,9 @@
-"""Pictures paired with the wrong command, off by a constant number of rows."""
+"""Pictures paired with the wrong command, off by a constant number of rows.
+
+Known forms: a first picture that was dropped or taken twice, a log that writes the next command beside the picture, a
+camera's queue that is one frame behind. Covered: the same shift for all rows, a whole number. Not covered: a shift
+that begins within the recording or differs between joints.
+"""
 
 from __future__ import annotations
 

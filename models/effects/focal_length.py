@@ -2,6 +2,10 @@
 
 For all of a recording it is nearly a scale of the plane, which longer links explain too; only distortion and tilt of
 the camera tell. A change during the recording shows at once.
+
+Known forms: a zoom ring that was touched, autofocus (focus breathing changes the field of view by some per cent), a
+resolution that was cropped instead of scaled. Covered: one scale from one sample on, about the principal point. Not
+covered: focus that hunts from picture to picture, and a crop that moves the principal point.
 """
 
 from __future__ import annotations

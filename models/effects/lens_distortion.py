@@ -1,4 +1,10 @@
-"""The distortion coefficients do not fit the lens."""
+"""The distortion coefficients do not fit the lens.
+
+Known forms: coefficients of another lens or another focus, a calibration that saw only the middle of the picture (Z.
+Zhang, IEEE PAMI 22, 2000, on what its model holds), a lens of another model (fisheye for plumb bob). Covered: other
+coefficients of the same model. Partly: another model, where its coefficients follow it over the arm's part of the
+picture; elsewhere `unknown`.
+"""
 
 from __future__ import annotations
 

@@ -2,6 +2,10 @@
 
 The term is a slender cantilever (Euler-Bernoulli) with the weight beyond it as end force and end moment and its own
 weight spread along it. Its deflection turns the chord of the link, its slope turns what follows.
+
+Known forms: slender beams (Euler-Bernoulli: any text on strength of materials), plates and printed bars that also
+shear, joints of a link that give in one place. Covered: one slender link under weight. Named otherwise: a link that
+gives at its root is `gravity_sag` of its joint. Not covered: creep under load, and twist out of the plane.
 """
 
 from __future__ import annotations

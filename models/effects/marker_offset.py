@@ -2,6 +2,10 @@
 
 A sticker on an axis may be carried by the link before or after it; the offset turns with the link that carries it. An
 offset of the tip's sticker is the same as another last link and belongs to the geometry.
+
+Known forms: a sticker put on beside the axis, a round one cut off its centre, a screw's head that stands in for the
+axis. Covered: a fixed offset, carried by the link before or after. Not covered: a sticker that slides or peels, and
+the eccentric picture of a large circle seen askew (J. Heikkila, IEEE PAMI 22, 2000).
 """
 
 from __future__ import annotations

@@ -1,4 +1,9 @@
-"""Two markers taken for each other in some frames: each is found where the other is expected."""
+"""Two markers taken for each other in some frames: each is found where the other is expected.
+
+Known forms: detectors that sort by size, colour or side and err where two markers come close or overlap, in single
+frames or in runs. Covered: two markers exchanged in any frames. Set-up: an exchange in all rows is a matter of the
+set-up (`calib/setup`). Not covered: three that go round, and one found twice.
+"""
 
 from __future__ import annotations
 

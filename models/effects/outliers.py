@@ -1,4 +1,10 @@
-"""Gross detection errors: single markers found far from where they are, in single frames."""
+"""Gross detection errors: single markers found far from where they are, in single frames.
+
+Known forms: reflections, edges of the background, motion blur, a digit misread in a written table; few and far.
+Covered: any number of single points that are far off while their surroundings are calm. Left out without a name: the
+tail of noise that is no bell (exponential ones go on to eight standard deviations in a thousand points). Not covered:
+errors in runs, as of a lamp that was switched on.
+"""
 
 from __future__ import annotations
 

@@ -2,6 +2,10 @@
 
 It shows by the compliance of the joints, which is fitted along; only where declared weights load the same joints can
 mass and compliance be told apart.
+
+Known forms: a gripper or a cable that the drawing lacks, a tool taken up or put down, a cable that pulls more in some
+poses. Covered: one point mass at the tip from one sample on. Not covered: a mass along a link, several changes, and a
+cable's pull, whose direction is not that of gravity.
 """
 
 from __future__ import annotations

@@ -2,6 +2,9 @@
 
 Seen from one camera this scales the whole plane about the foot of the camera, as longer links and a moved base do: no
 data of one plane can tell. It is therefore part of the gauge of the geometry and never named as a cause.
+
+Known forms: a spacer or a board's thickness that was forgotten, stickers on the links' faces instead of in their
+middle. None can be told here; a picture of the board in the arm's plane, or a second camera, tells it.
 """
 
 from __future__ import annotations
