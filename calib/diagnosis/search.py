@@ -47,6 +47,8 @@ _CLEARLY_QUIETER = 0.85
 _FEW_LEFT = 0.2
 # Candidates whose deviance differs by less explain the data alike: a fixed number of parameters more or less.
 _ALIKE = 4.0
+# Of fewer poses a gross error cannot be told from a curve.
+_MANY_POSES = 40
 # Standard deviations (of a deviance) that candidates may gain beyond the excess by fitting noise.
 _CHANCE_STDS = 4.0
 # Repairs of one model at most.
@@ -226,13 +228,15 @@ def _free(data: Data, active: Active) -> int:
 def _best_accepted(data: Data, base: Fit, ranked: list[CandidateModel], g: Array) -> CandidateModel | None:
     """Return the best candidate, or where that fails its test one that is as good as it and passes.
 
-    As good is meant in units of what the best itself leaves: gross errors that hide in it are no merit.
+    A simpler one at the same place is as good in units of what the best leaves: gross errors in it are no merit.
     """
     if not ranked:
         return None
     best = ranked[0]
     left = max(1.0, float(best.fit.misfit.sum()) / degrees_of_freedom(data, best.fit))
-    alike = (candidate for candidate in ranked if candidate.score < best.score + _ALIKE * left)
+    enough = len(data.problem.context) >= _MANY_POSES
+    simpler = [c for c in ranked if enough and c.active.site == best.active.site and c.complexity < best.complexity]
+    alike = [c for c in ranked if c.score < best.score + _ALIKE * (left if c in simpler else 1.0)]
     return next((candidate for candidate in alike if _accepted(data, base, candidate, g)), None)
 
 

@@ -3,7 +3,7 @@
 Known forms: a potentiometer whose track is not linear (smooth, of low order, some per cent of its span), a gear bored
 off its centre and uneven worms or belts (periodic, one cycle a turn of the part, with overtones), the sine of a horn's
 linkage. The term has two forms: one harmonic of the commanded angle with free frequency, or a track, a curve of the
-fourth order that holds a wrong gain as well, so that a gain with a curve is one cause. Where a joint was seen at few
+third order that holds a wrong gain as well, so that a gain with a curve is one cause. Where a joint was seen at few
 different angles, from which no frequency can be told, it is a slope and a curvature.
 Not covered: several frequencies of like size, and a dead spot of the track in one place (`unknown`).
 """
@@ -40,13 +40,14 @@ _CYCLES = (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 15.0, 18.0, 22.0, 26.0, 30.
 # With fewer different angles a harmonic of free frequency passes through anything.
 _FEW_ANGLES = 12
 # Parameters of a potentiometer's track, derivatives of its error at zero; of few angles the first two are told.
-_TRACK = ("slope", "curvature_per_rad", "third_per_rad2", "fourth_per_rad3")
+_TRACK = ("slope", "curvature_per_rad", "third_per_rad2")
 _FEW_TRACK = 2
+_BEND = 2
 # Where they stand among the values, after sine, cosine and cycles; the last value says whether it is a track.
 _AT = 3
 # Pieces of the track that the simulated bench is wound of, over a servo's travel.
 _PIECES = 2001
-# No track is wound closer or wider than this, times the usual: a curve of the fourth order goes astray off the poses.
+# No track is wound closer or wider than this, times the usual: a curve of the third order goes astray off the poses.
 _WINDING = (0.1, 3.0)
 
 
@@ -81,7 +82,7 @@ def physical(context: Context, values: Array) -> dict[str, Any]:
 
 
 def _track(values: Array) -> Array | None:
-    """Return the derivatives (2 or 4,) of a track, or None where the values are of a harmonic."""
+    """Return the derivatives (2 or 3,) of a track, or None where the values are of a harmonic."""
     if len(values) == _FEW_TRACK:
         return values
     return values[_AT:-1] if values[-1] else None
@@ -95,8 +96,9 @@ def told(context: Context, values: Array) -> list[int]:
 
 
 def complexity(context: Context, values: Array) -> float:
-    """Of each number that acts the logarithm of the rows."""
-    return len(told(context, values)) * float(np.log(2 * len(context)))
+    """Of each number that acts the logarithm of the rows; a track, of which a gain is one, has to show its bend too."""
+    track = len(values) > _FEW_TRACK and bool(values[-1])
+    return (len(told(context, values)) + (_BEND if track else 0)) * float(np.log(2 * len(context)))
 
 
 def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
@@ -108,9 +110,8 @@ def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
         Parameter("cosine_rad", (-0.2, 0.2), 0.03),
         Parameter("cycles_per_turn", (0.5, 60.0), 3.0, off=None),
         slope,
-        replace(curvature, bounds=(-2.0, 2.0)),
-        Parameter(_TRACK[2], (-10.0, 10.0), 1.0),
-        Parameter(_TRACK[3], (-50.0, 50.0), 5.0),
+        replace(curvature, bounds=(-1.0, 1.0)),
+        Parameter(_TRACK[2], (-4.0, 4.0), 1.0),
         Parameter("track", (0.0, 1.0), 1.0, scanned=True),
     )
 
@@ -133,8 +134,8 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
         return []
     if _few_angles(context, site):
         return [np.zeros(_FEW_TRACK)]
-    harmonics = [[0.0, 0.0, cycles, 0.0, 0.0, 0.0, 0.0, 0.0] for cycles in _supported_cycles(context, site)]
-    return [np.array(values) for values in (*harmonics, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0])]
+    harmonics = [[0.0, 0.0, cycles, 0.0, 0.0, 0.0, 0.0] for cycles in _supported_cycles(context, site)]
+    return [np.array(values) for values in (*harmonics, [0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])]
 
 
 # --- how the simulated bench makes it ---
@@ -228,7 +229,6 @@ EFFECT = Effect(
         Injected("slope", (-0.9, 0.9), optional=True),
         Injected("curvature_per_rad", (-2.0, 2.0), optional=True),
         Injected("third_per_rad2", (-10.0, 10.0), optional=True),
-        Injected("fourth_per_rad3", (-50.0, 50.0), optional=True),
     ),
     confused_with=("servo_gain", "quantization", "gravity_sag"),
     experiment="this joint swept over its whole range in fine steps",

@@ -47,7 +47,7 @@ def test_a_parameter_at_its_bound_does_not_stop_the_others() -> None:
 def test_the_shape_of_an_effect_that_is_off_stays_where_it_is() -> None:
     data = data_of(problem_of(recording()))
     start = fit(data, data.problem.nominal, ())
-    wave = Active(effect_named("servo_nonlinearity"), Site(joint=3), np.array([0.0, 0.0, 7.0, *np.zeros(5)]))
+    wave = Active(effect_named("servo_nonlinearity"), Site(joint=3), np.array([0.0, 0.0, 7.0, *np.zeros(4)]))
     model = fit(data, start.g, (wave,), iterations=1)
     assert model.effects[0].values[2] == pytest.approx(7.0, abs=1e-6)
 

@@ -21,7 +21,7 @@ def quiet(_: str) -> None:
 
 def test_a_cause_at_the_wrong_joint_is_replaced_by_the_one_that_is_there() -> None:
     data = data_of(recording(gain_of(2, 1.03)))
-    wrong = fitted(data, "servo_nonlinearity", Site(joint=1), 0.01, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    wrong = fitted(data, "servo_nonlinearity", Site(joint=1), 0.01, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0)
     settled, _ = settle(data, wrong, quiet)
     assert [effect.key for effect in settled.effects] == [("servo_gain", 2, None)]
     assert settled.deviance < wrong.deviance
