@@ -125,7 +125,7 @@ def _is_loud(arm: ArmModel, model: JointModel) -> bool:
     left, noise = _rms(model.fit.e[used]), model.noise_rad
     if left < _LOUD * noise:
         return False
-    if not model.forms and arm.delay_s is None and arm.late is None:
+    if not model.forms and arm.delay_s is None and arm.late is None and arm.payload is None:
         return True
     return left**2 - noise**2 > _LEFT_SHARE * max(_rms(model.geometric.e[used]) ** 2 - noise**2, 0.0)
 
@@ -146,6 +146,11 @@ def _causes(arm: ArmModel, loud: tuple[int, ...]) -> list[MotionCause]:
     if arm.late is not None and quiet:
         values = {"from_s": Estimate(arm.late.from_s, None), "delay_s": Estimate(arm.late.late_s, None)}
         out.append(MotionCause("sampling", None, values, (), 0.0, _shared_percent(quiet, arm)))
+    if arm.payload is not None and not set(arm.payload.joints) & set(loud):
+        ties = ("gravity_sag",) if arm.payload.tied else ()
+        mass = {"mass_kg": Estimate(arm.payload.mass_kg, None)}
+        sagging = [arm.joints[joint] for joint in arm.payload.joints]
+        out.append(MotionCause("payload", None, mass, ties, 0.0, _shared_percent(sagging, arm)))
     for joint, rows in arm.gross.items():
         sizes = np.abs(_gross_sizes(arm, joint))
         share = len(rows) / max(int(arm.problem.fitted.sum()), 1)

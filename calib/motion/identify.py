@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from armtwin.calib.motion.events import gross_rows, missed_rows, without_commands
 from armtwin.calib.motion.fit import Fit, fit, robust_cost, scale_of
 from armtwin.calib.motion.missed_runs import missed_runs
+from armtwin.calib.motion.payload import Payload, as_payload
 from armtwin.calib.motion.problem import MotionProblem, at_zeros
 from armtwin.calib.motion.sampling import Late, late, refined
 from armtwin.calib.motion.search import JointModel, delayed, noise_of, search_joint, weighed
@@ -37,6 +38,7 @@ class ArmModel:
         joints: each joint's model.
         late: from when on all answer later, or None.
         delay_s: the delay that all joints share, or None.
+        payload: a mass at the tip, or None.
         gross, missed: rows by joint (from 0); `missed_by_all` says that they are the same rows.
 
     """
@@ -48,6 +50,7 @@ class ArmModel:
     gross: Mapping[int, Rows] = field(default_factory=dict)
     missed: Mapping[int, Rows] = field(default_factory=dict)
     missed_by_all: bool = False
+    payload: Payload | None = None
 
 
 def identify(problem: MotionProblem, tell: Callable[[str], None] = lambda _: None) -> ArmModel:
@@ -96,8 +99,12 @@ def identify(problem: MotionProblem, tell: Callable[[str], None] = lambda _: Non
             problem = _left_out(problem, joint, rows)
             models[joint] = search(joint, base)
     by_all = _missed_by_all(problem, missed)
-    arm = ArmModel(problem, tuple(models), found, None, gross, missed, by_all)
-    return _with_one_delay(arm)
+    arm = _with_one_delay(ArmModel(problem, tuple(models), found, None, gross, missed, by_all))
+    explained = as_payload(arm.problem, arm.joints)
+    if explained is None:
+        return arm
+    problem, joints, payload = explained
+    return replace(arm, problem=problem, joints=joints, payload=payload)
 
 
 def _left_out(problem: MotionProblem, joint: int, rows: Rows) -> MotionProblem:

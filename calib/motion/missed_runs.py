@@ -22,6 +22,8 @@ _GAP_ROWS = 3
 _TAKEN = 0.8
 _LASTS = 5.0
 _MOST_RUNS = 60
+# One row or two are found otherwise.
+_SHORTEST = 3
 
 
 def missed_runs(series: Series, model: JointModel) -> Rows:
@@ -32,7 +34,8 @@ def missed_runs(series: Series, model: JointModel) -> Rows:
         held = _held(series, model, sent, begin, end)
         if held is not None:
             first, last = held
-            found += range(first, last)
+            # What says the same as the command that is held makes no difference, missed or heard.
+            found += [row for row in range(first, last) if abs(sent[row] - sent[first - 1]) > model.noise_rad]
             sent[first:last] = sent[first - 1]
     return np.array(sorted(set(found)), dtype=np.intp)
 
@@ -67,5 +70,12 @@ def _held(series: Series, model: JointModel, sent: Array, begin: int, end: int) 
     lasts = list(range(max(begin, end - back), end + 1))
     if not firsts or lasts[-1] <= firsts[0]:
         return None
-    left, first, last = min((cost(first, last), first, last) for first in firsts for last in lasts if first < last)
-    return (first, last) if left < (1.0 - _TAKEN) * before else None
+    tried = [(cost(first, last), first, last) for first in firsts for last in lasts if last - first >= _SHORTEST]
+    least = min(tried, default=(np.inf, 0, 0))[0]
+    if least > (1.0 - _TAKEN) * before:
+        return None
+    # Where the command stands still it does not matter which of its rows was missed: the fewest are told.
+    noise = len(np.flatnonzero(window)) * model.noise_rad**2
+    alike = [(last - first, first, last) for left, first, last in tried if left <= least + noise]
+    _, first, last = min(alike)
+    return first, last

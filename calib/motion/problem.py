@@ -156,8 +156,10 @@ def _series(
     seen = np.isfinite(measured)
     filled = np.interp(recording.time_s, recording.time_s[seen], measured[seen])
     wanted = np.isin(recording.trajectory, np.unique(recording.trajectory[fitted]))
+    given = recording.time_s if recording.commanded_s is None else recording.commanded_s
     return Series(
         time_s=recording.time_s,
+        given_s=np.maximum.accumulate(np.where(np.isfinite(given), given, recording.time_s)),
         sent=np.ascontiguousarray(recording.q_cmd[:, joint]),
         load_nm=np.ascontiguousarray(loads[:, joint]),
         measured=filled,

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.calib.motion.fit import ZERO, fit, robust_cost, scale_of, with_values
+from armtwin.calib.motion.fit import NEARLY_NOMINAL, ZERO, fit, robust_cost, scale_of, with_values
 from armtwin.calib.motion.problem import MotionProblem
 from armtwin.calib.motion.search import JointModel
 from armtwin.calib.motion.series import Series
 from armtwin.models.catalogue.motion_effect import Slot
-from armtwin.models.motion.loop import INDEX
+from armtwin.models.motion.loop import INDEX, NEUTRAL
 
 Array = NDArray[np.float64]
 
@@ -177,9 +177,12 @@ def _with_size(problem: MotionProblem, models: Sequence[JointModel], found: Late
         scale = scale_of(series, model.fit.e, model.noise_rad)
         for with_delay in (True, False):
             own = [max(0.0, _own(model) - share * found.late_s) for share in _SHARES] if with_delay else [0.0]
-            starts = [found.put(with_values(model.fit.p, [_DELAY], [delay])) for delay in own]
+            # A time constant that has made up for a part of the delay is asked anew.
+            nominal = [slot for slot in model.slots if slot is NEARLY_NOMINAL]
+            at = with_values(model.fit.p, nominal, [NEUTRAL[slot.slot] for slot in nominal])
+            starts = [found.put(with_values(at, [_DELAY], [delay])) for delay in own]
             p = min(starts, key=lambda one: robust_cost(series.remainder(one), scale))
-            slots = (ZERO, _DELAY, _SIZE) if with_delay else (ZERO, _SIZE)
+            slots = (ZERO, *nominal, _DELAY, _SIZE) if with_delay else (ZERO, *nominal, _SIZE)
             fitted = fit(series, p, slots, model.noise_rad)
             sizes[with_delay].append(float(fitted.p[INDEX["late_s"]]))
             costs[with_delay] += robust_cost(fitted.e, scale) / scale**2

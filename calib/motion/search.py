@@ -44,7 +44,7 @@ _LEAST_SHARE = 0.004
 _OF_THE_EXCESS = 0.08
 # What moves the angles by less than so much of the readings' step (rounding has 0.29 of one), or of their noise, is no
 # cause: rounding is no chance, and no twin is exact.
-_OF_A_STEP, _OF_THE_NOISE = 0.35, 0.3
+_OF_A_STEP, _OF_THE_NOISE = 0.35, 0.6
 # Of two forms the one with fewer numbers is taken where it leaves no more than this beyond the other's.
 _AS_GOOD = 8.0
 
@@ -119,15 +119,15 @@ def search_joint(
     short = busiest(series, _ROWS)
     if short is not series:  # what explains the busiest stretches is looked for there, and asked of all rows
         found = _searched(problem, short, _over(short, model), hear)
-        model = _pruned(problem, series, _polished(series, replace(found, geometric=geometric)), last=True)
+        model = pruned(problem, series, _polished(series, replace(found, geometric=geometric)), last=True)
     model = _searched(problem, series, model, hear)
-    return weighed(problem, model) if ties else _pruned(problem, series, model, last=True)
+    return weighed(problem, model) if ties else pruned(problem, series, model, last=True)
 
 
 def weighed(problem: MotionProblem, model: JointModel) -> JointModel:
     """Ask each cause's rivals whether they explain as much, and drop what does not weigh."""
     series = problem.series[model.joint]
-    return _pruned(problem, series, _with_equivalents(problem, series, model), last=True)
+    return pruned(problem, series, _with_equivalents(problem, series, model), last=True)
 
 
 def _over(series: Series, model: JointModel) -> JointModel:
@@ -146,7 +146,7 @@ def _searched(problem: MotionProblem, series: Series, model: JointModel, hear: C
         if grown is None:
             break
         hear(f"{grown.forms[-1].effect} at joint {model.joint + 1}")
-        model = _pruned(problem, series, _exchanged(problem, series, grown))
+        model = pruned(problem, series, _exchanged(problem, series, grown))
     return model
 
 
@@ -348,7 +348,7 @@ def without(series: Series, model: JointModel, effect: str) -> JointModel:
     return _without(series, model, first)
 
 
-def _pruned(problem: MotionProblem, series: Series, model: JointModel, *, last: bool = False) -> JointModel:
+def pruned(problem: MotionProblem, series: Series, model: JointModel, *, last: bool = False) -> JointModel:
     """Drop, one by one, what no longer weighs; what was added just now is asked at the `last` time only."""
     while len(model.forms) > (0 if last else 1):
         losses = []

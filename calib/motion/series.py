@@ -31,7 +31,8 @@ class Series:
     """One joint over all rows of a recording.
 
     Attributes:
-        time_s, sent, load_nm, measured: (N,) as `follow` takes them; `measured` is interpolated where it is missing.
+        time_s, given_s, sent, load_nm, measured: (N,) as `follow` takes them; what is missing of `measured` is
+            interpolated.
         first: (N,) where motions begin.
         wanted: (N,) motions that are looked at.
         used: (N,) rows of them that count: measured, not held out, not left out.
@@ -40,6 +41,7 @@ class Series:
     """
 
     time_s: Array
+    given_s: Array
     sent: Array
     load_nm: Array
     measured: Array
@@ -58,7 +60,7 @@ class Series:
 
     def predicted(self, p: Array) -> Array:
         """(N,) angles of a loop with values `p`, rad."""
-        return follow(self.time_s, self.sent, self.load_nm, self.measured, self.first, self.wanted, p)
+        return follow(self.time_s, self.given_s, self.sent, self.load_nm, self.measured, self.first, self.wanted, p)
 
     def remainder(self, p: Array) -> Array:
         """(N,) predicted less measured, rad; 0 in rows that do not count."""

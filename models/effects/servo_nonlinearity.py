@@ -281,8 +281,8 @@ IN_MOTION = MotionEffect(
     where="joint",
     forms=(
         (
-            Slot("curvature_per_rad", "bend", (-0.5, 0.5), (0.0,), 0.005),
-            Slot("third_order_per_rad2", "twist", (-0.5, 0.5), (0.0,), 0.005),
+            Slot("curvature_per_rad", "bend", (-0.25, 0.25), (0.0,), 0.005, factor=2.0),
+            Slot("third_order_per_rad2", "twist", (-0.2, 0.2), (0.0,), 0.005, factor=3.0),
         ),
         (
             Slot("sine_rad", "ripple_sin_rad", (-0.1, 0.1), (0.0,), 0.002),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -29,6 +30,16 @@ def gravity_torques(arm: Arm | ModelArm, q: Array) -> Array | None:
         return None
     else:
         torques = _of_links(arm, q)
+    return torques if np.abs(torques).max() > 0.0 else None
+
+
+def tip_torques(arm: Arm | ModelArm, q: Array) -> Array | None:
+    """(N, n) torque, N m, for each kilogram at the tip of a planar arm or at the last body of a model, or None."""
+    if isinstance(arm, Arm):
+        empty = replace(arm, link_masses_kg=np.zeros(arm.n_joints), tip_mass_kg=1.0)
+        torques = _of_links(empty, q)
+    else:
+        torques = _at_last_body(arm, q)
     return torques if np.abs(torques).max() > 0.0 else None
 
 
@@ -66,6 +77,23 @@ def _of_model(arm: ModelArm, q: Array) -> Array:
         mujoco.mj_comVel(model, data)
         mujoco.mj_rne(model, data, 0, data.qfrc_bias)
         out[row] = data.qfrc_bias[dofs]
+    return out
+
+
+def _at_last_body(arm: ModelArm, q: Array) -> Array:
+    model = load_model(arm.model)
+    data = mujoco.MjData(model)
+    rows = [_joint(model, name, arm.model.name) for name in arm.joints]
+    places, dofs = [int(model.jnt_qposadr[j]) for j in rows], [int(model.jnt_dofadr[j]) for j in rows]
+    last = int(model.jnt_bodyid[rows[-1]])
+    slope = np.zeros((3, model.nv))
+    out = np.empty_like(q)
+    for row, angles in enumerate(q):
+        data.qpos[places] = angles
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_jacBodyCom(model, data, slope, None, last)
+        out[row] = -(model.opt.gravity @ slope)[dofs]
     return out
 
 

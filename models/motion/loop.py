@@ -106,6 +106,7 @@ def received(q_cmd: Array, p: Array) -> Array:
 @njit(cache=True)
 def follow(
     time_s: Array,
+    given_s: Array,
     sent: Array,
     load_nm: Array,
     measured: Array,
@@ -115,9 +116,9 @@ def follow(
 ) -> Array:
     """(N,) angles, rad, that are read at `time_s` (N,) of a servo with values `p`, one a slot.
 
-    `sent` (N,) are its commands, each given at its row's time after the row was read, `load_nm` (N,) the torque that it
-    has to hold. In rows `first` a motion begins, at the angle `measured` there; no other measured angle is looked at.
-    Motions that are not `wanted` are passed over: what is returned of them is `measured`.
+    `sent` (N,) are its commands, given at `given_s` (N,), usually its row's time after the row was read; `load_nm` (N,)
+    is the torque that it has to hold. In rows `first` a motion begins, at the angle `measured` there; no other measured
+    angle is looked at. Motions that are not `wanted` are passed over: what is returned of them is `measured`.
     """
     n = len(time_s)
     heard = received(sent, p)
@@ -145,14 +146,14 @@ def follow(
         while now < end - _INSTANT_S:
             late = p[_LATE_FROM] <= now + _INSTANT_S < p[_LATE_UNTIL]
             shift = p[_DELAY] + (p[_LATE] if late else 0.0)
-            while k + 1 < n and time_s[k + 1] + shift <= now + _INSTANT_S:
+            while k + 1 < n and given_s[k + 1] + shift <= now + _INSTANT_S:
                 k += 1
-            while k > 0 and time_s[k] + shift > now + _INSTANT_S:
+            while k > 0 and given_s[k] + shift > now + _INSTANT_S:
                 k -= 1
             # A step ends where the next command is heard, so that the angle is a smooth function of the delay.
             until = min(end, now + longest)
             if k + 1 < n:
-                until = min(until, time_s[k + 1] + shift)
+                until = min(until, given_s[k + 1] + shift)
             if now + _INSTANT_S < p[_LATE_FROM] < until:
                 until = p[_LATE_FROM]
             h = until - now

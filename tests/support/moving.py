@@ -33,12 +33,13 @@ class Faults:
     gross: tuple[int, int] | None = None  # joint, number of rows
     missed: tuple[int, int] | None = None
     deaf: tuple[int, tuple[tuple[int, int], ...]] | None = None  # joint, runs of rows whose commands it missed
+    hung: float = 0.0  # kg at the tip, which no servo is trimmed for: it gives by `give`, rad/(N m)
     breathing: tuple[int, float] | None = None  # joint, amplitude: what no effect explains
 
 
 _SERVO = {
     "delay": 0.0, "tau": 0.020, "speed": 6.16, "friction": 0.0, "play": 0.0, "droop": 0.0, "gain": 1.0, "stop": 9.0,
-    "dead": 0.0, "step": 0.0, "slip": 0.0,
+    "dead": 0.0, "step": 0.0, "slip": 0.0, "give": 0.0,
 }  # fmt: skip
 
 
@@ -100,6 +101,12 @@ def _weight(q: Array) -> Array:
     return np.array([9.81 * float((MASSES_KG[j:] * (middles[j:] - axes[j])).sum()) for j in range(3)])
 
 
+def _tip(q: Array) -> Array:
+    """(3,) torque that holds a kilogram at the tip, N m."""
+    x = LENGTHS_M * np.cos(np.cumsum(q))
+    return np.array([9.81 * float(x[j:].sum()) for j in range(3)])
+
+
 def _follow(rng: np.random.Generator, time: Array, names: Any, sent: Array, faults: Faults) -> Array:
     values: dict[str, Array] = {key: np.full(3, value) for key, value in _SERVO.items()}
     for joint, own in faults.servo.items():
@@ -117,6 +124,7 @@ def _follow(rng: np.random.Generator, time: Array, names: Any, sent: Array, faul
             ticks = max(1, round((time[row] - time[row - 1]) / _TICK_S))
             tick = (time[row] - time[row - 1]) / ticks
             load = _weight(x)
+            pull_of_tip = faults.hung * _tip(x)
             for k in range(ticks):
                 now = time[row - 1] + k * tick
                 delay = values["delay"] + (faults.late[1] if faults.late and now >= faults.late[0] else 0.0)
@@ -124,7 +132,7 @@ def _follow(rng: np.random.Generator, time: Array, names: Any, sent: Array, faul
                 if delay.any():
                     at = np.maximum(np.searchsorted(time, now - delay, side="right") - 1, 0)
                     command = heard[at, np.arange(3)]
-                error = command - x - values["droop"] * load
+                error = command - x - values["droop"] * load - values["give"] * pull_of_tip
                 pull = np.sign(error) * np.maximum(np.abs(error) - values["friction"], 0.0)
                 x = x + tick * np.clip(pull / values["tau"], -values["speed"], values["speed"])
                 x = np.minimum(x, values["stop"])

@@ -77,3 +77,8 @@ def test_the_gain_is_measured_on_motions_that_were_not_fitted(tmp_path: Path) ->
     for one in held:
         assert one.after_rms_rad < 1.15 * one.noise_floor_rad < one.before_rms_rad
     assert found.gain.low > 50.0
+
+
+def test_a_mass_at_the_tip_is_no_sag_under_the_arms_own_weight(tmp_path: Path) -> None:
+    found = diagnosed(tmp_path, 15, Faults(hung=0.15, servo={joint: {"give": 0.08} for joint in range(3)}))
+    assert [(cause.effect, cause.joint) for cause in found.causes] == [("payload", None)]

@@ -19,7 +19,7 @@ def followed(time: Array, sent: Array, load: float = 0.0, **values: float) -> Ar
         p[INDEX[name]] = value
     first = np.zeros(len(time), dtype=bool)
     first[0] = True
-    return follow(time, sent, np.full(len(time), load), np.zeros(len(time)), first, np.ones(len(time), bool), p)
+    return follow(time, time, sent, np.full(len(time), load), np.zeros(len(time)), first, np.ones(len(time), bool), p)
 
 
 def step(height: float, rate: float = 100.0, seconds: float = 1.0) -> tuple[Array, Array]:
@@ -89,6 +89,6 @@ def test_no_later_measured_angle_is_looked_at() -> None:
     first = np.append(True, np.zeros(len(time) - 1, dtype=bool))
     every = np.ones(len(time), dtype=bool)
     load = np.zeros(len(time))
-    one = follow(time, sent, load, np.zeros(len(time)), first, every, neutral())
-    other = follow(time, sent, load, np.append(0.0, np.full(len(time) - 1, 7.0)), first, every, neutral())
+    one = follow(time, time, sent, load, np.zeros(len(time)), first, every, neutral())
+    other = follow(time, time, sent, load, np.append(0.0, np.full(len(time) - 1, 7.0)), first, every, neutral())
     np.testing.assert_array_equal(one, other)
