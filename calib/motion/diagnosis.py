@@ -182,6 +182,11 @@ def _of_joint(arm: ArmModel, model: JointModel) -> list[MotionCause]:
             values[slot.parameter] = Estimate(
                 float(model.fit.p[INDEX[slot.slot]] * slot.factor), None if one is None else one * slot.factor
             )
+        if "sine_rad" in values:  # as its injector takes it
+            sine, cosine = values.pop("sine_rad"), values.pop("cosine_rad")
+            spread = None if sine.std is None or cosine.std is None else float(np.hypot(sine.std, cosine.std))
+            values["amplitude_rad"] = Estimate(float(np.hypot(sine.value, cosine.value)), spread)
+            values["phase_rad"] = Estimate(float(np.arctan2(cosine.value, sine.value)), None)
         if effect == "contact":
             high = any(slot.slot == "stop_high_rad" for slot in slots)
             values["side"] = Estimate(1.0 if high else -1.0, None)

@@ -21,6 +21,7 @@ from armtwin.scenarios.diagnosis.measured import measured
 from armtwin.scenarios.diagnosis.pipeline import report_on, write_report
 from armtwin.scenarios.diagnosis.summary import print_summary
 from armtwin.scenarios.motion.pipeline import print_motion, report_motion, write_motion
+from armtwin.scenarios.motion.resimulate import resimulated
 
 
 def diagnose_command(
@@ -111,7 +112,9 @@ def _diagnose_motion(recording: Path, out: Path) -> None:
     ):
         bar = progress.add_task("reading the recording", total=None)
         found = report_motion(recording, lambda what: progress.update(bar, description=what))
+        progress.update(bar, description="re-simulating the held-out motions with the extended twin")
+        again = resimulated(found)
         progress.update(bar, description="writing the report")
-        write_motion(out, recording.resolve().name, found)
-    print_motion(Console(), found)
+        write_motion(out, recording.resolve().name, found, again)
+    print_motion(Console(), found, again)
     typer.echo(f"Report written to {out / 'report.html'}, diagnosis.json and twin.toml beside it")

@@ -14,9 +14,10 @@ from armtwin.models.atomic import write_json, write_text
 from armtwin.models.recordings.moving_reader import read_moving
 from armtwin.scenarios.diagnosis.files import written_together
 from armtwin.scenarios.motion.report import motion_page
+from armtwin.scenarios.motion.resimulate import Resimulated
 from armtwin.scenarios.motion.table import motion_table
 from armtwin.scenarios.motion.twin import motion_twin_text
-from armtwin.scenarios.motion.words import gain, headline, notes, parameter_words, what_next, where
+from armtwin.scenarios.motion.words import gain, headline, missed, notes, parameter_words, what_next, where
 
 
 def report_motion(folder: Path, tell: Callable[[str], None] = lambda _: None) -> MotionDiagnosis:
@@ -24,15 +25,15 @@ def report_motion(folder: Path, tell: Callable[[str], None] = lambda _: None) ->
     return diagnose_motion(read_moving(folder), tell)
 
 
-def write_motion(folder: Path, name: str, found: MotionDiagnosis) -> None:
+def write_motion(folder: Path, name: str, found: MotionDiagnosis, again: Resimulated | None) -> None:
     """Write diagnosis.json, report.html and twin.toml; all or none of them."""
     with written_together(folder) as aside:
         write_json(aside / "diagnosis.json", motion_table(found))
-        write_text(aside / "report.html", motion_page(name, found))
+        write_text(aside / "report.html", motion_page(name, found, again))
         write_text(aside / "twin.toml", motion_twin_text(found))
 
 
-def print_motion(console: Console, found: MotionDiagnosis) -> None:
+def print_motion(console: Console, found: MotionDiagnosis, again: Resimulated | None) -> None:
     """Print the whole of it on a screen, joint by joint."""
     console.print(Text(f"{found.verdict.upper()}  {headline(found)}", style="bold"))
     for cause in sorted(found.causes, key=lambda one: (one.joint or 0, -one.explained_percent)):
@@ -45,5 +46,5 @@ def print_motion(console: Console, found: MotionDiagnosis) -> None:
         for other in cause.equivalents:
             grid.add_row(f"  or {other}", "as well")
         console.print(grid)
-    for line in (gain(found), what_next(found), *(f"Note: {note}" for note in notes(found))):
+    for line in (gain(found), missed(found, again), what_next(found), *(f"Note: {note}" for note in notes(found))):
         console.print(Text(line))

@@ -6,12 +6,13 @@ from armtwin.calib.motion.diagnosis import MotionCause, MotionDiagnosis
 from armtwin.models.catalogue.motion_effect import motion_effect_named
 from armtwin.scenarios.motion import figures
 from armtwin.scenarios.motion.remainder import follows
-from armtwin.scenarios.motion.words import gain, headline, label, notes, parameter_words, what_next, where
+from armtwin.scenarios.motion.resimulate import Resimulated
+from armtwin.scenarios.motion.words import gain, headline, label, missed, notes, parameter_words, what_next, where
 from armtwin.scenarios.report.page import page
 from armtwin.scenarios.report.section import Cell, Section, number, plot, plots, prose, table
 
 
-def motion_page(name: str, found: MotionDiagnosis) -> str:
+def motion_page(name: str, found: MotionDiagnosis, again: Resimulated | None = None) -> str:
     """Return the report's HTML."""
     answers = [
         _verdict(found),
@@ -22,7 +23,7 @@ def motion_page(name: str, found: MotionDiagnosis) -> str:
         f"{headline(found)}\n{len(recording)} rows of '{recording.arm.name}' in motion, {recording.n_joints} joints, "
         f"{len(recording.motions)} motions ({', '.join(recording.motions[:8])})."
     )
-    sections = [_causes(found), _time(found), _remainder(found), _gain(found), _next(found)]
+    sections = [_causes(found), _time(found), _remainder(found), _gain(found, again), _next(found)]
     told = notes(found)
     if told:
         sections.append(Section("notes", "What this recording cannot tell", "", tuple(prose(note) for note in told)))
@@ -118,7 +119,7 @@ def _remainder(found: MotionDiagnosis) -> Section:
     return Section("remainder", "What is left", lead, tuple(blocks))
 
 
-def _gain(found: MotionDiagnosis) -> Section:
+def _gain(found: MotionDiagnosis, again: Resimulated | None) -> Section:
     header = ["motion", "joint", "command", "nominal", "geometry", "extended", "worst", "noise"]
     keys = ("command", "nominal", "before", "after")
     rows: list[list[Cell]] = [
@@ -132,7 +133,8 @@ def _gain(found: MotionDiagnosis) -> Section:
         for one in found.held_out
     ]
     caption = "RMS over every sample of the held-out motions, milliradians: by the command alone and by each twin."
-    return Section("gain", "What it gained", gain(found), (table(header, rows, caption, marked=(5,)),))
+    lead = f"{gain(found)} {missed(found, again)}"
+    return Section("gain", "What it gained", lead, (table(header, rows, caption, marked=(5,)),))
 
 
 def _next(found: MotionDiagnosis) -> Section:

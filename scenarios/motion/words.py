@@ -9,6 +9,7 @@ import numpy as np
 from armtwin.calib.motion.diagnosis import Estimate, MotionCause, MotionDiagnosis
 from armtwin.models.catalogue.motion_effect import motion_effect_named
 from armtwin.models.statistics import Z95
+from armtwin.scenarios.motion.resimulate import Resimulated
 
 
 def where(found: MotionDiagnosis, cause: MotionCause) -> str:
@@ -61,6 +62,17 @@ def gain(found: MotionDiagnosis) -> str:
         return f"{text}."
     interval = f"95 % interval {found.gain.low:.1f} to {found.gain.high:.1f} %"
     return f"{text}. That is {found.gain.percent:.1f} % less ({interval})."
+
+
+def missed(found: MotionDiagnosis, again: Resimulated | None) -> str:
+    """Return how far the re-simulated twin is from the held-out motions, in one sentence."""
+    if again is None:
+        return "The twin was not re-simulated in MuJoCo: no held-out motion is whole, or a joint is not explained."
+    total = float(np.sqrt(np.mean(again.rms_rad**2)))
+    without = f", without {' and '.join(again.left_out)}," if again.left_out else ""
+    return (
+        f"Re-simulated in MuJoCo{without} the extended twin misses the held-out motions by {1e3 * total:.3g} mrad RMS."
+    )
 
 
 def parameter_words(name: str, one: Estimate) -> tuple[str, str]:

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from armtwin.scenarios.cli import main
+from armtwin.scenarios.motion.pipeline import report_motion
+from armtwin.scenarios.motion.resimulate import resimulated
 from tests.support.browser import CHROMIUM, DESK_PX, PHONE_PX, chromium, faults_of
 from tests.support.moving import Faults, write_log
 
@@ -75,3 +77,13 @@ def test_a_log_that_is_wrong_is_one_line_and_leaves_nothing(tmp_path: Path, caps
     assert "samples.csv: line 8" in said
     assert "\n" not in said
     assert not (tmp_path / "out").exists()
+
+
+def test_the_twin_that_mujoco_moves_is_within_a_milliradian_of_the_held_out_motions(tmp_path: Path) -> None:
+    log = write_log(tmp_path / "log", 23, Faults({0: {"delay": 0.05}, 2: {"play": 0.03}}))
+    found = report_motion(log)
+    again = resimulated(found)
+    assert again is not None
+    assert not again.left_out
+    assert max(one.before_rms_rad for one in found.held_out) > 5e-3
+    assert again.rms_rad.max() < 1e-3
