@@ -7,7 +7,7 @@ import sys
 import threading
 import time
 from collections.abc import AsyncIterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -65,6 +65,7 @@ class ClassApp:
         self._students = {student.id: student for student in course.group.students}
         self._drawing = ThreadPoolExecutor(2, thread_name_prefix="drawing")
         self._apps: dict[str, tuple[int, ASGIApp]] = {}
+        self._waiting: dict[str, Future[ASGIApp]] = {}
         self._building = {student.id: threading.Lock() for student in course.group.students}
         self._prepared, self._ended = threading.Event(), threading.Event()
         self._lobby = _lobby(hosts)
@@ -81,9 +82,9 @@ class ClassApp:
         student = self._students.get(words[2])
         app = self._lobby
         if guard.allows(Request(inner)) and student is not None:
-            ready, loop = self._ready(student), asyncio.get_running_loop()
+            ready = self._ready(student)
             # Drawn by threads of their own: who has his robot does not wait for others'.
-            app = await loop.run_in_executor(self._drawing, self._drawn, student) if ready is None else ready
+            app = await asyncio.shield(asyncio.wrap_future(self._awaited(student))) if ready is None else ready
         await app(inner, receive, send)
 
     def prepare(self) -> None:
@@ -96,6 +97,13 @@ class ClassApp:
             except ArmtwinError as error:  # his page says that there is none; the others have theirs
                 print(f"armtwin: {student.id}: {error}", file=sys.stderr)
         self._prepared.set()
+
+    def _awaited(self, student: Student) -> Future[ASGIApp]:
+        """Return the drawing of a student's robot, one for however many requests wait for it."""
+        waiting = self._waiting.get(student.id)
+        if waiting is None or waiting.done():
+            waiting = self._waiting[student.id] = self._drawing.submit(self._drawn, student)
+        return waiting
 
     def _drawn(self, student: Student) -> ASGIApp:
         """Return the application of a student whose robot is not drawn yet.

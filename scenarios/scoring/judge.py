@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from armtwin.models.catalogue.injection import declared
+from armtwin.models.catalogue.motion_effect import motion_catalogue
 from armtwin.models.catalogue.registry import catalogue
 from armtwin.models.statistics import Z95
 
@@ -132,7 +133,8 @@ def _misses(expected: Sequence[Table], causes: Sequence[Table]) -> dict[str, flo
     """Misses of the causes that were named outright at the right place."""
     misses = {}
     for effect in expected:
-        injected = catalogue()[effect["effect"]].injected if effect["effect"] in catalogue() else ()
+        known = catalogue().get(effect["effect"]) or motion_catalogue().get(effect["effect"])
+        injected = () if known is None else known.injected
         for cause in causes:
             if cause["effect"] != effect["effect"] or not _same_site(effect, cause):
                 continue
@@ -142,7 +144,7 @@ def _misses(expected: Sequence[Table], causes: Sequence[Table]) -> dict[str, flo
             for name, interval in intervals.items():
                 real = true.get(name, interval.get("off"))
                 on_bench = declared(injected, name)
-                if interval.get("switch") or real is None or on_bench is None:
+                if interval.get("switch") or real is None or on_bench is None or interval["std"] is None:
                     continue  # no number, or one that the bench that made the world does not have
                 miss = interval["value"] - real
                 if on_bench.period is not None:

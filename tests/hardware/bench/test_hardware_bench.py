@@ -287,7 +287,7 @@ def test_a_black_picture_is_refused_before_anything_is_armed(
 
 def test_a_camera_that_is_not_there_leaves_the_port_free(wired: BenchSetup, filmed: Filmed):
     gone = wired.camera_settings.model_copy(update={"source": filmed.server.url + "x"})
-    with pytest.raises(InputError, match="cannot be opened"):
+    with pytest.raises(InputError, match="there is no such page"):
         HardwareBench(replace(wired, camera_settings=gone)).connect()
 
     with HardwareBench(wired) as bench:

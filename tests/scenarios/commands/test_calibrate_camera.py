@@ -228,4 +228,4 @@ def test_the_help_shows_an_example():
     app = typer.Typer()
     app.command()(calibrate_camera_command)
     printed = " ".join(CliRunner().invoke(app, ["--help"]).output.split())
-    assert "armtwin calibrate-camera views/*.jpg --board 9x6 --square-mm 25 --out camera.yaml" in printed
+    assert "armtwin calibrate-camera out/paper/board/*.png --square-mm 23 --out camera.yaml" in printed
