@@ -12,8 +12,9 @@ from scipy.stats import chi2
 
 from armtwin.calib.motion.held_out import Gain, HeldOut, held_out, without_a_gain
 from armtwin.calib.motion.identify import ArmModel, identify
+from armtwin.calib.motion.joint_model import JointModel
 from armtwin.calib.motion.problem import MotionProblem, motion_problem
-from armtwin.calib.motion.search import JointModel, without
+from armtwin.calib.motion.refitting import without
 from armtwin.calib.motion.series import deviance_gain
 from armtwin.calib.motion.uncertainty import deviations
 from armtwin.models.motion.loop import INDEX, neutral

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.calib.motion.search import JointModel
+from armtwin.calib.motion.joint_model import JointModel
 from armtwin.calib.motion.series import Series, spread
 from armtwin.models.motion.loop import INDEX, received
 

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.calib.motion.identify import ArmModel
+from armtwin.calib.motion.joint_model import JointModel, noise_of
 from armtwin.calib.motion.problem import MotionProblem
-from armtwin.calib.motion.search import JointModel, noise_of, without
+from armtwin.calib.motion.refitting import without
 from armtwin.calib.motion.series import memory_rows
 from armtwin.models.motion.loop import neutral
 

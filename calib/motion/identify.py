@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from armtwin.calib.motion.events import gross_rows, missed_rows, without_commands
 from armtwin.calib.motion.fit import Fit, fit, robust_cost, scale_of
+from armtwin.calib.motion.joint_model import JointModel, noise_of
 from armtwin.calib.motion.missed_runs import missed_runs
 from armtwin.calib.motion.payload import Payload, as_payload
 from armtwin.calib.motion.problem import MotionProblem, at_zeros
 from armtwin.calib.motion.sampling import Late, late, refined
-from armtwin.calib.motion.search import JointModel, delayed, noise_of, search_joint, weighed
+from armtwin.calib.motion.search import delayed, search_joint, weighed
 from armtwin.calib.motion.series import deviance_gain
 from armtwin.models.motion.loop import INDEX, neutral
 

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.calib.motion.fit import fit, robust_cost, scale_of
+from armtwin.calib.motion.joint_model import JointModel, noise_of
 from armtwin.calib.motion.problem import MotionProblem
-from armtwin.calib.motion.search import JointModel, noise_of, pruned
+from armtwin.calib.motion.search import pruned
 from armtwin.models.motion.loads import tip_torques
 from armtwin.models.motion.loop import INDEX
 from armtwin.models.servo import nominal_servo

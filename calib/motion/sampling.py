@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.calib.motion.fit import NEARLY_NOMINAL, ZERO, fit, robust_cost, scale_of, with_values
+from armtwin.calib.motion.joint_model import JointModel
 from armtwin.calib.motion.problem import MotionProblem
-from armtwin.calib.motion.search import JointModel
 from armtwin.calib.motion.series import Series
 from armtwin.models.catalogue.motion_effect import Slot
 from armtwin.models.motion.loop import INDEX, NEUTRAL

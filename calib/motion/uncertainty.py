@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.calib.motion.fit import jacobian, robust_cost, scale_of, with_values
-from armtwin.calib.motion.search import JointModel
+from armtwin.calib.motion.joint_model import JointModel
 from armtwin.calib.motion.series import Series, memory_rows
 from armtwin.models.motion.loop import INDEX
 
