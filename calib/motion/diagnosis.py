@@ -15,7 +15,7 @@ from armtwin.calib.motion.identify import ArmModel, identify
 from armtwin.calib.motion.joint_model import JointModel
 from armtwin.calib.motion.problem import MotionProblem, motion_problem
 from armtwin.calib.motion.refitting import without
-from armtwin.calib.motion.series import deviance_gain
+from armtwin.calib.motion.series import rms
 from armtwin.calib.motion.uncertainty import deviations
 from armtwin.models.motion.loop import INDEX, neutral
 from armtwin.models.recordings.moving import MovingRecording
@@ -123,12 +123,12 @@ def diagnose_motion(recording: MovingRecording, tell: Callable[[str], None] = la
 
 def _is_loud(arm: ArmModel, model: JointModel) -> bool:
     used = arm.problem.series[model.joint].used
-    left, noise = _rms(model.fit.e[used]), model.noise_rad
+    left, noise = rms(model.fit.e[used]), model.noise_rad
     if left < _LOUD * noise:
         return False
     if not model.forms and arm.delay_s is None and arm.late is None and arm.payload is None:
         return True
-    return left**2 - noise**2 > _LEFT_SHARE * max(_rms(model.geometric.e[used]) ** 2 - noise**2, 0.0)
+    return left**2 - noise**2 > _LEFT_SHARE * max(rms(model.geometric.e[used]) ** 2 - noise**2, 0.0)
 
 
 def _causes(arm: ArmModel, loud: tuple[int, ...]) -> list[MotionCause]:
@@ -193,7 +193,7 @@ def _of_joint(arm: ArmModel, model: JointModel) -> list[MotionCause]:
             values["side"] = Estimate(1.0 if high else -1.0, None)
         less = without(series, model, effect)
         used = series.used
-        gain = deviance_gain(less.fit.e[used], model.fit.e[used], series.grain_rad / np.sqrt(12.0))
+        gain = series.gain(less.fit.e, model.fit.e)
         squares = float((less.fit.e[used] ** 2).sum())
         share = 100.0 * (1.0 - float((model.fit.e[used] ** 2).sum()) / squares) if squares else 0.0
         ties = tuple(other for one, other in model.equivalents if one == effect)
@@ -207,7 +207,3 @@ def _shared_percent(models: list[JointModel], arm: ArmModel) -> float:
     before = sum(float((m.geometric.e[arm.problem.series[m.joint].used] ** 2).sum()) for m in models)
     after = sum(float((m.fit.e[arm.problem.series[m.joint].used] ** 2).sum()) for m in models)
     return 100.0 * (1.0 - after / before) if before else 0.0
-
-
-def _rms(e: Array) -> float:
-    return float(np.sqrt(np.mean(e**2))) if len(e) else 0.0

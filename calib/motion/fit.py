@@ -50,6 +50,11 @@ def robust_cost(e: Array, scale: float) -> float:
     return float(0.5 * reach * np.log1p(e**2 / reach).sum())
 
 
+def robust_weight(e: Array, scale: float) -> Array:
+    """(N,) weights that Cauchy's loss gives to the squares of a remainder."""
+    return np.asarray(1.0 / (1.0 + (e / (_REACH * scale)) ** 2))
+
+
 def scale_of(series: Series, e: Array, floor_rad: float) -> float:
     """Return the deviation about which a remainder is weighed: its own, never less than the noise."""
     return max(spread(e[series.used]), floor_rad, 1e-9)
@@ -78,7 +83,7 @@ def fit(series: Series, p: Array, slots: Sequence[Slot], floor_rad: float, round
     damping = 1e-3
     for _ in range(rounds):
         J = jacobian(series, p, e, free)
-        weight = 1.0 / (1.0 + (e / (_REACH * scale)) ** 2)
+        weight = robust_weight(e, scale)
         A = J.T @ (weight[:, None] * J)
         b = J.T @ (weight * e)
         ridge = np.diag(A) + 1e-12 * max(float(np.diag(A).max()), 1e-30)

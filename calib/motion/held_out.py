@@ -15,7 +15,7 @@ from armtwin.calib.motion.identify import ArmModel
 from armtwin.calib.motion.joint_model import JointModel, noise_of
 from armtwin.calib.motion.problem import MotionProblem
 from armtwin.calib.motion.refitting import without
-from armtwin.calib.motion.series import memory_rows
+from armtwin.calib.motion.series import memory_rows, rms
 from armtwin.models.motion.loop import neutral
 
 Array = NDArray[np.float64]
@@ -91,10 +91,10 @@ def _one(problem: MotionProblem, model: JointModel, motion: str, loud: bool) -> 
     return HeldOut(
         trajectory=motion,
         joint=model.joint,
-        command_rms_rad=_rms((series.sent - series.measured)[rows]),
-        nominal_rms_rad=_rms(nominal),
-        before_rms_rad=_rms(before),
-        after_rms_rad=_rms(after),
+        command_rms_rad=rms((series.sent - series.measured)[rows]),
+        nominal_rms_rad=rms(nominal),
+        before_rms_rad=rms(before),
+        after_rms_rad=rms(after),
         after_worst_rad=float(np.abs(after).max()) if len(after) else 0.0,
         noise_floor_rad=model.noise_rad,
         squares=squares,
@@ -110,8 +110,8 @@ def without_a_gain(arm: ArmModel) -> ArmModel:
                 break
             less = without(arm.problem.series[joint], joints[joint], effect)
             now, then = _errors(arm.problem, joints[joint]), _errors(arm.problem, less)
-            shows = _rms(now - then) > _SHOWS * model.noise_rad
-            if shows and _typical(now) > _WORSE * _typical(then) and _rms(now) > _rms(then):
+            shows = rms(now - then) > _SHOWS * model.noise_rad
+            if shows and _typical(now) > _WORSE * _typical(then) and rms(now) > rms(then):
                 series = arm.problem.series[joint]
                 joints[joint] = replace(less, noise_rad=noise_of(series, less.fit.e))
     return replace(arm, joints=tuple(joints))
@@ -128,7 +128,3 @@ def _errors(problem: MotionProblem, model: JointModel) -> Array:
 def _typical(e: Array) -> float:
     """Return the median of the absolute error: one flipped step does not dominate it."""
     return float(np.median(np.abs(e)))
-
-
-def _rms(e: Array) -> float:
-    return float(np.sqrt(np.mean(e**2))) if len(e) else 0.0

@@ -16,7 +16,7 @@ from armtwin.calib.motion.payload import Payload, as_payload
 from armtwin.calib.motion.problem import MotionProblem, at_zeros
 from armtwin.calib.motion.sampling import Late, late, refined
 from armtwin.calib.motion.search import delayed, search_joint, weighed
-from armtwin.calib.motion.series import deviance_gain
+from armtwin.calib.motion.series import Series, deviance_gain
 from armtwin.models.motion.loop import INDEX, neutral
 
 Array = NDArray[np.float64]
@@ -120,9 +120,9 @@ def _heard_without(problem: MotionProblem, joint: int, rows: Rows) -> MotionProb
     return _with_series(problem, joint, replace(series, sent=without_commands(series, rows)))
 
 
-def _with_series(problem: MotionProblem, joint: int, series: object) -> MotionProblem:
+def _with_series(problem: MotionProblem, joint: int, series: Series) -> MotionProblem:
     changed = list(problem.series)
-    changed[joint] = series  # type: ignore[call-overload]
+    changed[joint] = series
     return replace(problem, series=tuple(changed))
 
 
@@ -130,8 +130,7 @@ def _worth_it(problem: MotionProblem, before: list[JointModel], after: list[Join
     """Whether the second models explain more, or as much with fewer causes."""
     gain = 0.0
     for old, new in zip(before, after, strict=True):
-        used = problem.series[new.joint].used
-        gain += deviance_gain(old.fit.e[used], new.fit.e[used], problem.series[new.joint].grain_rad / np.sqrt(12.0))
+        gain += problem.series[new.joint].gain(old.fit.e, new.fit.e)
     fewer = sum(len(m.forms) for m in before) - sum(len(m.forms) for m in after)
     return gain > 50.0 - 20.0 * fewer
 

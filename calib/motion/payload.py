@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from armtwin.calib.motion.fit import fit, robust_cost, scale_of
 from armtwin.calib.motion.joint_model import JointModel, noise_of
-from armtwin.calib.motion.problem import MotionProblem
+from armtwin.calib.motion.problem import MotionProblem, angles_of
 from armtwin.calib.motion.search import pruned
 from armtwin.models.motion.loads import tip_torques
 from armtwin.models.motion.loop import INDEX
@@ -41,9 +41,7 @@ def as_payload(problem: MotionProblem, models: tuple[JointModel, ...]) -> Explai
     if len(sagging) < 2:
         return None
     zeros = np.array([model.fit.p[INDEX["zero_rad"]] for model in models])
-    recording = problem.recording
-    angles = np.where(np.isfinite(recording.q_meas), recording.q_meas - zeros, recording.q_cmd)
-    pull = tip_torques(recording.arm, angles)
+    pull = tip_torques(problem.recording.arm, angles_of(problem.recording, zeros))
     if pull is None:
         return None
     series, found = list(problem.series), list(models)

@@ -68,9 +68,8 @@ class MotionProblem:
 
 def motion_problem(recording: MovingRecording) -> MotionProblem:
     """Prepare a recording; raises `RecordingError` where an arm's model does not load or nothing can be fitted."""
-    angles = np.where(np.isfinite(recording.q_meas), recording.q_meas, recording.q_cmd)
-    torques = gravity_torques(recording.arm, angles)
-    loads = np.zeros_like(angles) if torques is None else torques
+    torques = gravity_torques(recording.arm, angles_of(recording, 0.0))
+    loads = np.zeros_like(recording.q_cmd) if torques is None else torques
     held = _held(recording)
     fitted = ~held
     if fitted.sum() < _LEAST_ROWS:
@@ -82,13 +81,16 @@ def motion_problem(recording: MovingRecording) -> MotionProblem:
     return MotionProblem(recording, loads, torques is not None, fitted, held, series, steps)
 
 
+def angles_of(recording: MovingRecording, zeros_rad: Array | float) -> Array:
+    """(N, n) angles that the readings mean, less the joints' zeros; the command where a reading is missing."""
+    return np.where(np.isfinite(recording.q_meas), recording.q_meas - zeros_rad, recording.q_cmd)
+
+
 def at_zeros(problem: MotionProblem, zeros_rad: Array) -> MotionProblem:
     """Return the problem with the loads at the angles that the readings mean, less the joints' zeros (n,), rad."""
     if not problem.has_load:
         return problem
-    recording = problem.recording
-    angles = np.where(np.isfinite(recording.q_meas), recording.q_meas - zeros_rad, recording.q_cmd)
-    loads = gravity_torques(recording.arm, angles)
+    loads = gravity_torques(problem.recording.arm, angles_of(problem.recording, zeros_rad))
     assert loads is not None
     series = tuple(
         replace(one, load_nm=np.ascontiguousarray(loads[:, joint])) for joint, one in enumerate(problem.series)

@@ -49,9 +49,7 @@ def _scanned(series: Series, found: Fit, slot: Slot, slots: Sequence[Slot], floo
         values = at + trials
         costs = np.array([robust_cost(series.remainder(with_values(found.p, [slot], [v])), scale) for v in values])
         lowest = np.flatnonzero(costs <= costs.min() * (1.0 + 1e-4))
-        middle = lowest[len(lowest) // 2]
-        if costs[middle] <= costs.min() * (1.0 + 1e-4):
-            at = float(values[middle])
+        at = float(values[lowest[len(lowest) // 2]])
     if at == start:
         return found
     return fit(series, with_values(found.p, [slot], [at]), slots, floor_rad, FIRST_ROUNDS)

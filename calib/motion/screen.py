@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.calib.motion.candidates import Start
-from armtwin.calib.motion.fit import jacobian, with_values
+from armtwin.calib.motion.fit import jacobian, robust_weight, with_values
 from armtwin.calib.motion.series import Series
 from armtwin.models.catalogue.motion_effect import Slot
 from armtwin.models.motion.loop import INDEX, NEUTRAL
@@ -33,15 +33,13 @@ def promises(
     series: Series, p: Array, e: Array, free: Sequence[Slot], tried: Sequence[Start], scale: float
 ) -> list[Promise]:
     """Rank candidates by what one step with all free slots leaves of the remainder, the most promising first."""
-    weight = 1.0 / np.sqrt(1.0 + (e / (4.0 * scale)) ** 2)
+    weight = np.sqrt(robust_weight(e, scale))
     smooth = [slot for slot in free if not slot.scanned]
     J = jacobian(series, p, e, smooth) * weight[:, None]
     Q, _ = np.linalg.qr(J)
     base = weight * e
     base = base - Q @ (Q.T @ base)
-    out = []
-    for start in tried:
-        out.append(_promise(series, p, e, start, weight, Q, base))
+    out = [_promise(series, p, e, start, weight, Q, base) for start in tried]
     return sorted(out, key=lambda promise: promise.left)
 
 

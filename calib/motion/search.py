@@ -18,7 +18,7 @@ from armtwin.calib.motion.joint_model import JointModel, fitted_slots, noise_of
 from armtwin.calib.motion.problem import MotionProblem
 from armtwin.calib.motion.refitting import FEW_ROUNDS, FIRST_ROUNDS, polished, with_form, without_form
 from armtwin.calib.motion.screen import promises
-from armtwin.calib.motion.series import Series, busiest, deviance_gain, innovations, spread, whitening
+from armtwin.calib.motion.series import Series, busiest, innovations, spread, whitening
 from armtwin.calib.motion.weighing import AS_GOOD, better, threshold, weighs
 from armtwin.models.catalogue.motion_effect import motion_catalogue
 from armtwin.models.motion.loop import neutral
@@ -93,11 +93,10 @@ def delayed(problem: MotionProblem, joint: int) -> JointModel:
     """Follow one joint with a delay alone: what a first look at all joints together begins with."""
     series = problem.series[joint]
     form = Form("latency", motion_catalogue()["latency"].forms[0])
-    floor = series.grain_rad / np.sqrt(12.0)
     nominal = neutral()
     tried = [nominal]
     tried += [with_values(nominal, form.slots, [start]) for start in form.slots[0].starts]
-    fits = [fit(series, p, fitted_slots((form,)), floor, FIRST_ROUNDS) for p in tried]
+    fits = [fit(series, p, fitted_slots((form,)), series.floor_rad, FIRST_ROUNDS) for p in tried]
     best = min(fits, key=lambda one: one.cost)
     return JointModel(joint, (form,), best, best, noise_of(series, best.e))
 
@@ -164,15 +163,15 @@ def pruned(problem: MotionProblem, series: Series, model: JointModel, *, last: b
     """Drop, one by one, what no longer weighs; what was added just now is asked at the `last` time only."""
     while len(model.forms) > (0 if last else 1):
         losses = []
-        for number, form in enumerate(model.forms if last else model.forms[:-1]):
+        for number in range(len(model.forms) if last else len(model.forms) - 1):
             less = without_form(series, model, number)
             gone = [f for f in model.forms if f not in less.forms]
             n = sum(len(f.slots) for f in gone)
             if not weighs(problem, series, less.fit.e, model.fit.e, n, new=False):
-                losses.append((less.fit.cost, less, form))
+                losses.append(less)
         if not losses:
             return model
-        _, model, _ = min(losses, key=lambda loss: loss[0])
+        model = min(losses, key=lambda less: less.fit.cost)
         model = replace(model, noise_rad=noise_of(series, model.fit.e))
     return model
 
@@ -181,7 +180,6 @@ def _with_equivalents(problem: MotionProblem, series: Series, model: JointModel)
     """Try what is taken for each effect in its place: take what explains more, and list what explains as much."""
     ties: list[tuple[str, str]] = []
     number = 0
-    used = series.used
     while number < len(model.forms):
         form = model.forms[number]
         if form.ladder:
@@ -192,12 +190,12 @@ def _with_equivalents(problem: MotionProblem, series: Series, model: JointModel)
         tried = [s for s in starts(problem, series, less.fit.p, less.fit.e, less.forms) if s.form.effect in rivals]
         swapped = False
         for trial in _alternatives(problem, series, less, tried):
-            gain = deviance_gain(model.fit.e[used], trial.fit.e[used], series.grain_rad / np.sqrt(12.0))
+            gain = series.gain(model.fit.e, trial.fit.e)
             if gain > AS_GOOD + threshold(1, 1) and trial.fit.cost < model.fit.cost:
                 model = polished(series, trial)
                 swapped = True
                 break
-            loss = deviance_gain(trial.fit.e[used], model.fit.e[used], series.grain_rad / np.sqrt(12.0))
+            loss = series.gain(trial.fit.e, model.fit.e)
             if loss < AS_GOOD and len(trial.forms[-1].slots) <= len(form.slots):
                 ties.append((form.effect, trial.forms[-1].effect))
         if not swapped:

@@ -58,6 +58,15 @@ class Series:
         """Usual time from row to row, s."""
         return float(np.median(np.diff(self.time_s)))
 
+    @property
+    def floor_rad(self) -> float:
+        """The deviation of rounding alone: a step/√12."""
+        return float(self.grain_rad / np.sqrt(12.0))
+
+    def gain(self, before: Array, after: Array) -> float:
+        """Return the deviance by which remainder `after` (N,) explains the rows that count better than `before`."""
+        return deviance_gain(before[self.used], after[self.used], self.floor_rad)
+
     def predicted(self, p: Array) -> Array:
         """(N,) angles of a loop with values `p`, rad."""
         return follow(self.time_s, self.given_s, self.sent, self.load_nm, self.measured, self.first, self.wanted, p)
@@ -93,6 +102,11 @@ def busiest(series: Series, most_rows: int) -> Series:
             first[at] = True
             used[at : at + int(np.searchsorted(series.time_s[at:end] - series.time_s[at], _FORGETS_S))] = False
     return replace(series, wanted=wanted & series.wanted, used=used & wanted, first=first)
+
+
+def rms(e: Array) -> float:
+    """Return the root mean square of a remainder, 0 where it has no row."""
+    return float(np.sqrt(np.mean(e**2))) if len(e) else 0.0
 
 
 def spread(e: Array) -> float:

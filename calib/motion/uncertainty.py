@@ -9,9 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.calib.motion.fit import jacobian, robust_cost, scale_of, with_values
+from armtwin.calib.motion.fit import jacobian, robust_cost, robust_weight, scale_of, with_values
 from armtwin.calib.motion.joint_model import JointModel
 from armtwin.calib.motion.series import Series, memory_rows
+from armtwin.models.catalogue.motion_effect import Slot
 from armtwin.models.motion.loop import INDEX
 
 Array = NDArray[np.float64]
@@ -30,7 +31,7 @@ def deviations(series: Series, model: JointModel) -> dict[str, float | None]:
     smooth = [slot for slot in model.slots if not slot.scanned]
     e, used = model.fit.e, series.used
     scale = scale_of(series, e, model.noise_rad)
-    weight = 1.0 / (1.0 + (e / (4.0 * scale)) ** 2)
+    weight = robust_weight(e, scale)
     J = jacobian(series, model.fit.p, e, smooth)
     rows = np.flatnonzero(used)
     length = max(_LEAST_BLOCK, _BLOCK_MEMORIES * memory_rows(e[used]))
@@ -56,17 +57,17 @@ def deviations(series: Series, model: JointModel) -> dict[str, float | None]:
     return out
 
 
-def _of_threshold(series: Series, model: JointModel, slot: object, scale: float, per_row: float) -> float | None:
+def _of_threshold(series: Series, model: JointModel, slot: Slot, scale: float, per_row: float) -> float | None:
     """Return half the range over which a threshold's loss stays near to its least, as one deviation."""
-    at = model.fit.p[INDEX[slot.slot]]  # type: ignore[attr-defined]
-    unit = series.row_s if slot.slot.endswith("_s") else abs(at) or 1e-3  # type: ignore[attr-defined]
-    steps = np.arange(1, 11) * series.row_s if slot.slot.endswith("_s") else _SHARES * unit  # type: ignore[attr-defined]
+    at = model.fit.p[INDEX[slot.slot]]
+    is_moment = slot.slot.endswith("_s")
+    steps = np.arange(1, 11) * series.row_s if is_moment else _SHARES * (abs(at) or 1e-3)
     least = robust_cost(series.remainder(model.fit.p), scale)
     ends = []
     for side in (-1.0, 1.0):
         reach = float(steps[0])
         for step in steps:
-            e = series.remainder(with_values(model.fit.p, [slot], [at + side * step]))  # type: ignore[list-item]
+            e = series.remainder(with_values(model.fit.p, [slot], [at + side * step]))
             if (robust_cost(e, scale) - least) / scale**2 * per_row > _NEAR:
                 break
             reach = float(step)

@@ -8,7 +8,7 @@ from scipy.stats import chi2
 
 from armtwin.calib.motion.joint_model import JointModel, noise_of
 from armtwin.calib.motion.problem import MotionProblem
-from armtwin.calib.motion.series import Series, deviance_gain, spread
+from armtwin.calib.motion.series import Series, spread
 
 Array = NDArray[np.float64]
 
@@ -52,7 +52,7 @@ def weighs(
         return False
     if new and not _holds_in_all_motions(problem, used, before, after):
         return False
-    gain = deviance_gain(before[used], after[used], series.grain_rad / np.sqrt(12.0))
+    gain = series.gain(before, after)
     return gain > max(threshold(n_slots, _tried(problem)), _LEAST_SHARE * used.sum())
 
 
@@ -76,7 +76,7 @@ def _squares(e: Array) -> float:
 def better(series: Series, one: JointModel, other: JointModel) -> bool:
     """Whether one model explains the readings better than another; each number costs its share."""
     used = series.used
-    gain = deviance_gain(other.fit.e[used], one.fit.e[used], series.grain_rad / np.sqrt(12.0))
+    gain = series.gain(other.fit.e, one.fit.e)
     extra = len(one.forms[-1].slots) - len(other.forms[-1].slots)
     memory = (
         0.5

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import mujoco
@@ -65,35 +65,36 @@ def _of_links(arm: Arm, q: Array) -> Array:
 
 
 def _of_model(arm: ModelArm, q: Array) -> Array:
-    model = load_model(arm.model)
-    data = mujoco.MjData(model)
-    rows = [_joint(model, name, arm.model.name) for name in arm.joints]
-    places, dofs = [int(model.jnt_qposadr[j]) for j in rows], [int(model.jnt_dofadr[j]) for j in rows]
-    out = np.empty_like(q)
-    for row, angles in enumerate(q):
-        data.qpos[places] = angles
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
+    def held(model: mujoco.MjModel, data: mujoco.MjData, last: int) -> Array:
         mujoco.mj_comVel(model, data)
         mujoco.mj_rne(model, data, 0, data.qfrc_bias)
-        out[row] = data.qfrc_bias[dofs]
-    return out
+        return np.array(data.qfrc_bias)
+
+    return _in_each_pose(arm, q, held)
 
 
 def _at_last_body(arm: ModelArm, q: Array) -> Array:
+    def held(model: mujoco.MjModel, data: mujoco.MjData, last: int) -> Array:
+        slope = np.zeros((3, model.nv))
+        mujoco.mj_jacBodyCom(model, data, slope, None, last)
+        return np.asarray(-(model.opt.gravity @ slope))
+
+    return _in_each_pose(arm, q, held)
+
+
+def _in_each_pose(arm: ModelArm, q: Array, held: Callable[[mujoco.MjModel, mujoco.MjData, int], Array]) -> Array:
+    """(N, n) what `held` (model, data, the last joint's body) says of all its hinges, at the arm's own, N m."""
     model = load_model(arm.model)
     data = mujoco.MjData(model)
     rows = [_joint(model, name, arm.model.name) for name in arm.joints]
     places, dofs = [int(model.jnt_qposadr[j]) for j in rows], [int(model.jnt_dofadr[j]) for j in rows]
     last = int(model.jnt_bodyid[rows[-1]])
-    slope = np.zeros((3, model.nv))
     out = np.empty_like(q)
     for row, angles in enumerate(q):
         data.qpos[places] = angles
         mujoco.mj_kinematics(model, data)
         mujoco.mj_comPos(model, data)
-        mujoco.mj_jacBodyCom(model, data, slope, None, last)
-        out[row] = -(model.opt.gravity @ slope)[dofs]
+        out[row] = held(model, data, last)[dofs]
     return out
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -68,18 +70,7 @@ def diagnose_command(
         return
     where = None if bench is None else bench_spec(bench, token=token)
     register_own(effects)
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    screen = Console(stderr=True)
-    with (
-        ended_as_by_ctrl_c(),
-        only_results(out),
-        Progress(*columns, console=screen, transient=True, disable=not screen.is_terminal) as progress,
-    ):
-        bar = progress.add_task("reading the recording", total=None)
-
-        def tell(what: str) -> None:
-            progress.update(bar, description=what)
-
+    with ended_as_by_ctrl_c(), only_results(out), _telling() as tell:
         data = None if recording is None else measured(recording, tell)
         rounds = [] if where is None else close_loop_on(where, data, out / "experiments", tell)
         data = rounds[-1].recording if rounds else data
@@ -101,20 +92,23 @@ def diagnose_command(
     typer.echo(f"Report written to {out / 'report.html'}, diagnosis.json and twin.toml beside it")
 
 
-def _diagnose_motion(recording: Path, out: Path) -> None:
-    """Diagnose a recording of a moving arm."""
+@contextmanager
+def _telling() -> Iterator[Callable[[str], None]]:
+    """Yield a function that shows on a terminal what is being done, and for how long."""
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
     screen = Console(stderr=True)
-    with (
-        ended_as_by_ctrl_c(),
-        only_results(out),
-        Progress(*columns, console=screen, transient=True, disable=not screen.is_terminal) as progress,
-    ):
+    with Progress(*columns, console=screen, transient=True, disable=not screen.is_terminal) as progress:
         bar = progress.add_task("reading the recording", total=None)
-        found = report_motion(recording, lambda what: progress.update(bar, description=what))
-        progress.update(bar, description="re-simulating the held-out motions with the extended twin")
+        yield lambda what: progress.update(bar, description=what)
+
+
+def _diagnose_motion(recording: Path, out: Path) -> None:
+    """Diagnose a recording of a moving arm."""
+    with ended_as_by_ctrl_c(), only_results(out), _telling() as tell:
+        found = report_motion(recording, tell)
+        tell("re-simulating the held-out motions with the extended twin")
         again = resimulated(found)
-        progress.update(bar, description="writing the report")
+        tell("writing the report")
         write_motion(out, recording.resolve().name, found, again)
     print_motion(Console(), found, again)
     typer.echo(f"Report written to {out / 'report.html'}, diagnosis.json and twin.toml beside it")
