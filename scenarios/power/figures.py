@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 
 from armtwin.scenarios.power.place import PlacePower
 from armtwin.scenarios.power.words import axis, label, shown_size
-from armtwin.scenarios.report.style import COLOURS, figure
+from armtwin.scenarios.report.style import COLOURS, add_band, figure
 
 _SEEN, _HALF = COLOURS["extended"], COLOURS["geometry"]
 _PLACES = (COLOURS["extended"], COLOURS["armtwin"], COLOURS["paper"])
@@ -53,16 +53,7 @@ def found_curves(places: Sequence[PlacePower]) -> go.Figure:
     fig = figure(axis(unit), "found", height=_HEIGHT, title=places[0].effect)
     for colour, one in zip(_PLACES, places, strict=False):
         x = shown_size(np.array(one.sizes), unit)
-        fig.add_scatter(
-            x=np.concatenate([x, x[::-1]]),
-            y=np.concatenate([one.high, one.low[::-1]]),
-            fill="toself",
-            fillcolor=colour,
-            opacity=0.15,
-            line={"width": 0},
-            hoverinfo="skip",
-            showlegend=False,
-        )
+        add_band(fig, x.tolist(), one.low, one.high, colour, opacity=0.15)
         fig.add_scatter(x=x, y=one.found, mode="lines", name=str(one.site), line={"color": colour, "width": 2})
     fig.update_xaxes(type="log", dtick=1)
     fig.update_yaxes(range=[-0.03, 1.03], tickformat=".0%")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Sequence
 from typing import Any
 
 import plotly.graph_objects as go
@@ -42,6 +43,27 @@ def figure(x_title: str, y_title: str, height: int = 380, title: str | None = No
     fig.update_xaxes(title=_lines(x_title), zeroline=False, showline=True, linecolor="#999", ticks="outside")
     fig.update_yaxes(title=_lines(y_title), zeroline=False, showline=True, linecolor="#999", ticks="outside")
     return fig
+
+
+def add_band(
+    fig: go.Figure,
+    x: Sequence[float],
+    low: Sequence[float],
+    high: Sequence[float],
+    colour: str,
+    opacity: float = 0.18,
+) -> None:
+    """Fill what lies between two curves over `x` in a colour, faintly and without a name."""
+    fig.add_scatter(
+        x=[*x, *reversed(x)],
+        y=[*high, *reversed(low)],
+        fill="toself",
+        fillcolor=colour,
+        opacity=opacity,
+        line={"width": 0},
+        hoverinfo="skip",
+        showlegend=False,
+    )
 
 
 def _lines(title: str) -> str:

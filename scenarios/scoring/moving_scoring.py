@@ -11,7 +11,7 @@ import numpy as np
 
 from armtwin.scenarios.scoring.judge import Judgement, judge
 from armtwin.scenarios.scoring.moving_outcome import LogTask, diagnose_log, kept_log_outcome, moving_version
-from armtwin.scenarios.scoring.pool import in_processes
+from armtwin.scenarios.scoring.pool import gathered
 from armtwin.scenarios.scoring.summary import Rate, rates
 
 _HELD_OUT_FLOORS = 1.15
@@ -35,15 +35,8 @@ def score_moving(
     tasks = {name: LogTask(out, int(name), version) for name in truths}
     kept = {name: kept_log_outcome(task) for name, task in tasks.items()}
     outcomes: dict[str, Mapping[str, Any]] = {name: found for name, found in kept.items() if found is not None}
-    broken: dict[str, str] = {}
     left = [(name, task) for name, task in tasks.items() if name not in outcomes]
-    progress(len(outcomes), len(truths))
-    for name, outcome in in_processes(diagnose_log, left, min(jobs, max(len(left), 1))):
-        if isinstance(outcome, BaseException):
-            broken[name] = f"{type(outcome).__name__}: {outcome}"
-        else:
-            outcomes[name] = outcome
-        progress(len(outcomes) + len(broken), len(truths))
+    broken = gathered(diagnose_log, left, outcomes, jobs, progress)
     judgements = {name: judge_log(truths[name], outcomes[name]) for name in sorted(outcomes)}
     return MovingScore(truths, outcomes, judgements, broken)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from typing import TypeVar
 
@@ -13,6 +13,28 @@ from armtwin.scenarios.processes import begin_worker, one_thread_each
 Key = TypeVar("Key")
 Task = TypeVar("Task")
 Result = TypeVar("Result")
+
+
+def gathered(
+    function: Callable[[Task], Result],
+    left: Sequence[tuple[str, Task]],
+    kept: dict[str, Result],
+    jobs: int,
+    progress: Callable[[int, int], None],
+) -> dict[str, str]:
+    """Add the results of what is `left` to those `kept`; return what was raised in place of a result, by name.
+
+    `progress` hears how many are done, and how many there are.
+    """
+    total, broken = len(kept) + len(left), dict[str, str]()
+    progress(len(kept), total)
+    for name, result in in_processes(function, left, min(jobs, max(len(left), 1))):
+        if isinstance(result, BaseException):
+            broken[name] = f"{type(result).__name__}: {result}"
+        else:
+            kept[name] = result
+        progress(len(kept) + len(broken), total)
+    return broken
 
 
 def in_processes(

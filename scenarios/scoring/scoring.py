@@ -14,7 +14,7 @@ from armtwin.models.errors import InputError
 from armtwin.scenarios.scoring.geometry import geometry_covered
 from armtwin.scenarios.scoring.judge import Judgement, is_gauge, judge, name_said
 from armtwin.scenarios.scoring.outcome import Task, code_version, diagnose_world, kept_outcome
-from armtwin.scenarios.scoring.pool import in_processes
+from armtwin.scenarios.scoring.pool import gathered
 from armtwin.scenarios.scoring.sealing import read_truth, world_folder
 from armtwin.scenarios.scoring.summary import as_table, confusion, coverage_by_parameter, held_out_figures, rates
 
@@ -36,7 +36,6 @@ def score(out: Path, jobs: int, progress: Callable[[int, int], None] = lambda do
     truths: dict[str, dict[str, Any]] = read_truth(out)["worlds"]
     version = code_version()
     outcomes: dict[str, dict[str, Any]] = {}
-    broken: dict[str, str] = {}
     tasks = []
     for name in truths:
         if not (world_folder(out, int(name)) / "samples.csv").is_file():
@@ -47,13 +46,7 @@ def score(out: Path, jobs: int, progress: Callable[[int, int], None] = lambda do
             tasks.append((name, task))
         else:
             outcomes[name] = kept
-    progress(len(outcomes), len(truths))
-    for name, outcome in in_processes(diagnose_world, tasks, min(jobs, max(len(tasks), 1))):
-        if isinstance(outcome, BaseException):
-            broken[name] = f"{type(outcome).__name__}: {outcome}"
-        else:
-            outcomes[name] = outcome
-        progress(len(outcomes) + len(broken), len(truths))
+    broken = gathered(diagnose_world, tasks, outcomes, jobs, progress)
     judgements = {name: judge(truths[name], outcomes[name]) for name in sorted(outcomes)}
     return Score(truths, outcomes, judgements, broken)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from armtwin.scenarios.power.place import PlacePower
 from armtwin.scenarios.power.words import axis, shown_size, unit_words
-from armtwin.scenarios.report.style import COLOURS, figure
+from armtwin.scenarios.report.style import COLOURS, add_band, figure
 from armtwin.scenarios.sweeps.curve import wilson
 from armtwin.scenarios.sweeps.summary import CellSummary
 
@@ -34,14 +34,14 @@ def found_curve(one: CellSummary, predicted: Sequence[PlacePower] = ()) -> go.Fi
     grid = np.geomspace(sizes.min(), sizes.max(), _POINTS)
     share = np.array([one.curve.share(float(size)) for size in grid])
     x = shown_size(grid, one.unit)
-    _band(fig, x, share[:, 1], share[:, 2], _TRIALS)
+    add_band(fig, x.tolist(), share[:, 1].tolist(), share[:, 2].tolist(), _TRIALS)
     fig.add_scatter(x=x, y=share[:, 0], mode="lines", name="trials, fitted", line={"color": _TRIALS, "width": 2})
     _points(fig, one, sizes)
     if predicted:
         mean, low, high = (
             np.mean([_on(grid, p, what) for p in predicted], axis=0) for what in ("found", "low", "high")
         )
-        _band(fig, x, low, high, _PREDICTED)
+        add_band(fig, x.tolist(), low.tolist(), high.tolist(), _PREDICTED)
         line = {"color": _PREDICTED, "width": 2, "dash": "dash"}
         fig.add_scatter(x=x, y=mean, mode="lines", name="power", line=line)
     fig.update_xaxes(type="log", dtick=1)
@@ -104,7 +104,7 @@ def size_map(cells: Sequence[CellSummary]) -> go.Figure:
         x = [one.cell.noise_px for one in line]
         low = [one.ninety.low or one.ninety.size for one in line]
         high = [one.ninety.high or one.ninety.size for one in line]
-        _band(fig, np.array(x), shown_size(np.array(low), unit), shown_size(np.array(high), unit), colour)
+        add_band(fig, x, shown_size(np.array(low), unit).tolist(), shown_size(np.array(high), unit).tolist(), colour)
         y = shown_size(np.array([one.ninety.size for one in line]), unit)
         fig.add_scatter(x=x, y=y, mode="lines+markers", name=f"{poses} poses", line={"color": colour})
     fig.update_xaxes(type="log", dtick="D2")
@@ -127,19 +127,6 @@ def _points(fig: go.Figure, one: CellSummary, sizes: Array) -> None:
         down.append(hits / of - low)
     error = {"type": "data", "array": up, "arrayminus": down, "color": _TRIALS, "thickness": 1, "width": 0}
     fig.add_scatter(x=x, y=y, error_y=error, mode="markers", name="trials", marker={"color": _TRIALS, "size": 7})
-
-
-def _band(fig: go.Figure, x: Array, low: Array, high: Array, colour: str) -> None:
-    fig.add_scatter(
-        x=np.concatenate([x, x[::-1]]),
-        y=np.concatenate([high, low[::-1]]),
-        fill="toself",
-        fillcolor=colour,
-        opacity=0.18,
-        line={"width": 0},
-        hoverinfo="skip",
-        showlegend=False,
-    )
 
 
 def _on(grid: Array, one: PlacePower, what: str) -> Array:
