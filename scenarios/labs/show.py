@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import cv2
+import marimo as mo
 import numpy as np
 import plotly.graph_objects as go
 from numpy.typing import NDArray
@@ -15,9 +16,22 @@ from armtwin.scenarios.report.style import COLOURS, figure
 Array = NDArray[np.float64]
 
 
-def arrows(at_mm: Array, miss_mm: Array, enlarged: float, title: str = "") -> go.Figure:
+class Picture(go.Figure):  # type: ignore[misc]  # plotly is untyped
+    """A figure that a notebook shows with the plotly that is installed.
+
+    marimo's own way of showing a plotly figure asks a server on the network for MathJax, and a lab asks for nothing.
+    """
+
+    def _display_(self) -> mo.Html:
+        options = {"displayModeBar": False, "responsive": True}
+        drawn = self.to_html(full_html=False, include_plotlyjs=True, config=options)
+        # A standard page without margins: in any other the frame grows again and again.
+        return mo.iframe(f"<!doctype html><body style='margin:0'>{drawn}", height=f"{self.layout.height}px")
+
+
+def arrows(at_mm: Array, miss_mm: Array, enlarged: float, title: str = "") -> Picture:
     """Draw (N, 2) misses, `enlarged` times, where they were seen."""
-    fig = figure("x, mm", "y, mm", height=420, title=title or f"arrows enlarged {enlarged:g} times")
+    fig = Picture(figure("x, mm", "y, mm", height=420, title=title or f"arrows enlarged {enlarged:g} times"))
     ends = at_mm + enlarged * miss_mm
     gap = np.full(len(at_mm), np.nan)
     x, y = (np.stack([at_mm[:, k], ends[:, k], gap], axis=-1).ravel() for k in (0, 1))
@@ -30,9 +44,9 @@ def arrows(at_mm: Array, miss_mm: Array, enlarged: float, title: str = "") -> go
 
 def curves(
     x: Array, by_name: Mapping[str, Array], x_title: str, y_title: str, *, log: bool = False, marks: bool = False
-) -> go.Figure:
+) -> Picture:
     """Draw named curves over a common x."""
-    fig = figure(x_title, y_title)
+    fig = Picture(figure(x_title, y_title))
     palette = list(COLOURS.values())
     for number, (name, y) in enumerate(by_name.items()):
         mode = "markers" if marks else "lines"

@@ -45,6 +45,7 @@ def test_a_lab_opens_as_a_page_that_works_and_asks_the_network_for_nothing(tmp_p
             page.goto(url)
             open_checks = page.locator("[role=status]", has_text="open")
             open_checks.first.wait_for(timeout=30_000)
+            page.frame_locator("iframe").locator("svg").first.wait_for(timeout=30_000)
         assert foreign == []
     finally:
         process.terminate()
