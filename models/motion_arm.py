@@ -18,6 +18,7 @@ from armtwin.models.arm import Arm
 from armtwin.models.errors import InputError, nearest
 from armtwin.models.kinematics import Deviation
 from armtwin.models.mjcf import build_arm
+from armtwin.models.motion.model_file import bare_model, compiled, read_model
 from armtwin.models.servo import nominal_servo
 
 _IGNORED = int(mujoco.mjtDisableBit.mjDSBL_CONTACT)
@@ -66,34 +67,21 @@ def model_arm(name: str, path: Path, joints: tuple[str, ...]) -> MotionArm:
 
     Joints that are not named stand still where the model has them.
     """
-    try:
-        text = path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path.name}: cannot be read ({error})") from None
-    return arm_of_text(name, text, path.name, joints)
+    return arm_of_text(name, read_model(path), path.name, joints)
 
 
 def arm_of_text(name: str, text: str, file: str, joints: tuple[str, ...]) -> MotionArm:
     """Return the arm of an MJCF or URDF text, as `model_arm` does; messages name `file`."""
+    bare = bare_model(text, file)
 
     def build() -> mujoco.MjSpec:
-        return _freed(_from_text(text, file), joints)
+        return _freed(compiled(bare, file), joints)
 
-    known = [joint.name for joint in _from_text(text, file).joints]
+    known = [joint.name for joint in compiled(bare, file).joints]
     for joint in joints:
         if joint not in known:
             raise InputError(f"{file}: has no joint '{joint}'{nearest(joint, known)}")
     return MotionArm(name, joints, _body_of(build(), joints[-1]), build)
-
-
-def _from_text(text: str, name: str) -> mujoco.MjSpec:
-    try:
-        spec = mujoco.MjSpec.from_string(text)
-        spec.compile()
-    except (ValueError, mujoco.FatalError) as error:
-        first = str(error).strip().splitlines()[0] if str(error).strip() else "no reason given"
-        raise InputError(f"{name}: MuJoCo does not load it ({first}); an MJCF or URDF model is wanted") from None
-    return spec
 
 
 def _body_of(spec: mujoco.MjSpec, joint: str) -> str:

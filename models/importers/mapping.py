@@ -98,7 +98,7 @@ class Mapping(Strict):
     motion: Literal["settled", "moving"]
     time: TimeColumn | None = None
     trajectory: ColumnName | None = None
-    joints: Annotated[list[JointColumns], Field(min_length=1, max_length=6)]
+    joints: Annotated[list[JointColumns], Field(min_length=1, max_length=7)]
 
 
 def read_mapping(path: Path) -> Mapping:
@@ -156,7 +156,7 @@ def propose(columns: list[str], file: str, moving: bool) -> Mapping:
             f"{file}: no column of commands goes with one of readings; name them (elbow_target_deg, elbow_actual_deg) "
             f"or write a mapping file (--mapping). Its columns: {listed}"
         )
-    if len(joints) > 6:
+    if len(joints) > 7:
         raise InputError(f"{file}: {len(joints)} joints ({', '.join(map(shown, joints))}); choose in a mapping file")
     table: dict[str, Any] = {"schema": SCHEMA, "motion": "moving" if moving else "settled"}
     if time is not None:

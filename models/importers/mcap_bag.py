@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.errors import InputError, JobError, nearest, shown
+from armtwin.models.importers.clocks import on_clock_of
 from armtwin.models.importers.log import MOST_ROWS, JointLog, checked, in_force
 
 Array = NDArray[np.float64]
@@ -69,8 +70,12 @@ def read_mcap(path: Path, state: str | None = None, command: str | None = None) 
         raise InputError(f"{path.name}: topic '{shown(empty)}' has no messages; see --state-topic, --command-topic")
     start = seen.time_ns[0]
     seen_s, sent_s = _seconds(seen, start), _seconds(sent, start)
-    q_cmd, given, has = in_force(sent_s, np.array(sent.values), seen_s)
     notes = [f"measured: {state}", f"commanded: {command} ({topics[command]})"]
+    if topics[command] == _NUMBERS:
+        notes.append(f"{command} carries no stamp: its times are those of the log, later by what the bus took")
+    sent_s, moved = on_clock_of(seen_s, np.array(seen.values), sent_s, np.array(sent.values), path.name)
+    q_cmd, given, has = in_force(sent_s, np.array(sent.values), seen_s)
+    notes += [] if moved is None else [moved]
     if not has.all():
         notes.append(f"{int((~has).sum())} rows before the first command are left out")
     return checked(

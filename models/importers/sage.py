@@ -1,4 +1,4 @@
-"""SAGE logs: `control.csv` and `state_motor.csv`, lists of radians in quoted cells.
+"""SAGE logs: a motion's `control.csv` and `state_motor.csv`, lists of radians in quoted cells.
 
 Times are in µs in real logs and in s in simulated ones. The "torques" are magnitudes of currents times a constant, no
 torques, and are left out.
@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 
 from armtwin.models.csv_table import CsvTable, finite, read_csv
 from armtwin.models.errors import InputError
-from armtwin.models.importers.log import JointLog, checked, in_force
+from armtwin.models.importers.clocks import on_clock_of
+from armtwin.models.importers.log import JointLog, checked, in_force, joined
 
 Array = NDArray[np.float64]
 
+_CONTROL = "control.csv"
 _MAX_BYTES = 1 << 28
 _MAX_NAMES_BYTES = 1 << 16
 # No log has a row every 50 s, or one every 50 µs.
@@ -24,19 +26,31 @@ _SLOWEST_S = 50.0
 
 
 def read_sage(folder: Path, names: list[str] | None = None) -> JointLog:
-    """Read one motion's folder; `names` are those of the joints where no joint_list.txt gives them."""
-    control, state = (_table(folder / name) for name in ("control.csv", "state_motor.csv"))
+    """Read a motion's folder, or a folder of such, each a trajectory.
+
+    `names` are those of the joints where no joint_list.txt gives them. Raises `InputError`.
+    """
+    inside = sorted(path.parent for path in folder.glob(f"*/{_CONTROL}"))
+    if inside and not (folder / _CONTROL).is_file():
+        return joined([_motion(one, names) for one in inside])
+    return _motion(folder, names)
+
+
+def _motion(folder: Path, names: list[str] | None) -> JointLog:
+    control, state = (_table(folder / name) for name in (_CONTROL, "state_motor.csv"))
     command, measured = _lists(control, "positions"), _lists(state, "positions")
     n = measured.shape[1]
     if command.shape[1] != n:
         raise InputError(f"{control.name}: {command.shape[1]} positions a row, {state.name} has {n}")
     joints = _joints(folder, names, n)
     command_s, seen_s = _times(control), _times(state)
-    scale, unit = _unit(seen_s)
-    start = seen_s[0]
-    command_s, seen_s = scale * (command_s - start), scale * (seen_s - start)
+    scales = [_unit(one) for one in (command_s, seen_s)]
+    start = scales[1][0] * seen_s[0]
+    command_s, seen_s = scales[0][0] * command_s - start, scales[1][0] * seen_s - start
+    notes = [f"times are in {scales[1][1]}", "torques are currents' magnitudes and left out"]
+    command_s, moved = on_clock_of(seen_s, measured, command_s, command, folder.name)
     q_cmd, given, has = in_force(command_s, command, seen_s)
-    notes = [f"times are in {unit}", "torques are currents' magnitudes and left out"]
+    notes += [] if moved is None else [moved]
     if not has.all():
         notes.append(f"{int((~has).sum())} rows before the first command are left out")
     extras = {}
@@ -59,7 +73,9 @@ def read_sage(folder: Path, names: list[str] | None = None) -> JointLog:
 
 def _table(path: Path) -> CsvTable:
     if not path.is_file():
-        raise InputError(f"{path}: no such file; a SAGE motion has control.csv and state_motor.csv")
+        raise InputError(
+            f"{path}: no such file; a SAGE motion, or each in a folder of them, has control.csv and state_motor.csv"
+        )
     table = read_csv(path, _MAX_BYTES, "one row a sample")
     for name in ("timestamp", "positions"):
         if name not in table.columns:

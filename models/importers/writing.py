@@ -12,8 +12,9 @@ import numpy as np
 
 from armtwin.models import atomic
 from armtwin.models.arm import Arm, arm_from_table, read_arm
-from armtwin.models.errors import InputError
-from armtwin.models.importers.log import JointLog
+from armtwin.models.errors import InputError, shown
+from armtwin.models.importers.log import MOST_JOINTS, JointLog
+from armtwin.models.motion.model_file import bare_model, compiled, joint_names, read_model
 from armtwin.models.recordings.recording import SCHEMA, Recording, make_samples
 from armtwin.models.recordings.writer import arm_table, write_recording
 from armtwin.models.validation import ArmTable
@@ -70,6 +71,8 @@ def moving_csv(log: JointLog) -> str:
 def _arm(log: JointLog, arm: Path | None) -> tuple[dict[str, Any], Path | None, tuple[str, ...]]:
     n = len(log.joints)
     if arm is None:
+        if n > MOST_JOINTS["settled"]:
+            raise InputError(f"--arm: {n} joints need the arm's model (.xml, .urdf); or choose fewer with --joints")
         note = f"no --arm: every link is called {UNKNOWN_LINK_MM:g} mm, so only angles mean something, no millimetres"
         return arm_table(Arm("imported", np.full(n, UNKNOWN_LINK_MM), np.zeros(2))), None, (note,)
     if arm.suffix.lower() in _MODELS:
@@ -79,12 +82,28 @@ def _arm(log: JointLog, arm: Path | None) -> tuple[dict[str, Any], Path | None, 
             raise InputError(f"{arm.name}: poses at rest need link lengths; give an arm.toml")
         if arm.stat().st_size > _MAX_MODEL_BYTES:
             raise InputError(f"{arm.name}: larger than {_MAX_MODEL_BYTES} bytes")
-        note = f"the arm is {arm.name}; its joints are called {', '.join(log.joints)}"
-        return {"name": arm.stem, "model": arm.name, "joints": list(log.joints)}, arm, (note,)
+        joints = _joints_of(arm, log)
+        pairs = (name if name == own else f"{name} ({own})" for name, own in zip(joints, log.joints, strict=True))
+        note = f"the arm is {arm.name}; its joints are {', '.join(pairs)}"
+        return {"name": arm.stem, "model": arm.name, "joints": list(joints)}, arm, (note,)
     read = read_arm(arm)
     if read.n_joints != n:
         raise InputError(f"{arm.name}: has {read.n_joints} joints, the log {n} ({', '.join(log.joints)}); see --joints")
     return arm_table(read), None, ()
+
+
+def _joints_of(model: Path, log: JointLog) -> tuple[str, ...]:
+    """Return what the model calls the log's joints: their own names, or those of its hinges where it has as many."""
+    hinges = joint_names(compiled(bare_model(read_model(model), model.name), model.name))
+    strange = [name for name in log.joints if name not in hinges]
+    if not strange:
+        return log.joints
+    if len(hinges) == len(log.joints):
+        return tuple(hinges)
+    raise InputError(
+        f"{model.name}: has no joint '{shown(strange[0])}', which the log has; its {len(hinges)} are "
+        f"{', '.join(map(shown, hinges))}: choose those of the log with --joints"
+    )
 
 
 def _settled(log: JointLog, table: dict[str, Any]) -> Recording:

@@ -5,18 +5,19 @@ from __future__ import annotations
 import sys
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 from rich.console import Console
 from rich.table import Table
 
 from armtwin.models import atomic
+from armtwin.models.csv_table import CsvTable
 from armtwin.models.errors import InputError
-from armtwin.models.importers.csv_log import log_of, proposed_mapping, read_table
+from armtwin.models.importers.csv_log import log_of, proposed_mapping, read_tables, without_a_unit
 from armtwin.models.importers.lerobot import read_lerobot
-from armtwin.models.importers.log import JointLog
-from armtwin.models.importers.mapping import Mapping, mapping_text, read_mapping, unknown_units
+from armtwin.models.importers.log import JointLog, joined
+from armtwin.models.importers.mapping import AngleColumn, Mapping, mapping_text, read_mapping, unknown_units
 from armtwin.models.importers.mcap_bag import read_mcap
 from armtwin.models.importers.sage import read_sage
 from armtwin.models.importers.writing import write_import
@@ -33,8 +34,9 @@ class Kind(StrEnum):
 
 
 class Unit(StrEnum):
-    """What a LeRobot data set's numbers are."""
+    """What numbers are whose unit the source does not say."""
 
+    RAD = "rad"
     DEG = "deg"
     RANGE = "range"
     COUNTS = "counts"
@@ -42,7 +44,12 @@ class Unit(StrEnum):
 
 def import_command(
     kind: Annotated[Kind, typer.Argument(metavar="KIND", help="csv, lerobot, sage or mcap.")],
-    source: Annotated[Path, typer.Argument(metavar="SOURCE", help="A file (csv, mcap) or a folder (lerobot, sage).")],
+    source: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SOURCE", help="A file (csv, mcap) or a folder (lerobot, sage; csv: of files, each a motion)."
+        ),
+    ],
     out: Annotated[Path, typer.Option("--out", metavar="RECORDING", help="Recording folder to make; must not exist.")],
     arm: Annotated[
         Path | None, typer.Option("--arm", metavar="FILE", help="arm.toml, twin.toml, or the arm's .xml or .urdf.")
@@ -52,7 +59,7 @@ def import_command(
         Path | None, typer.Option("--mapping", metavar="FILE", help="csv: which column is what, as proposed or mended.")
     ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="csv: use the proposed mapping without asking.")] = False,
-    unit: Annotated[Unit | None, typer.Option("--unit", help="lerobot: no data set says it.")] = None,
+    unit: Annotated[Unit | None, typer.Option("--unit", help="csv, lerobot: of what says none.")] = None,
     calibration: Annotated[
         Path | None, typer.Option("--calibration", metavar="FILE.json", help="lerobot: the robot's calibration.")
     ] = None,
@@ -72,11 +79,11 @@ def import_command(
         raise InputError(f"--out {out}: is not empty; name a folder that does not exist yet")
     names = None if joints is None else [name.strip() for name in joints.split(",")]
     if kind is Kind.CSV:
-        table = read_table(source)
-        chosen = read_mapping(mapping) if mapping is not None else _agreed(proposed_mapping(table), out, yes)
-        log = log_of(table, chosen).chosen(names)
+        tables = read_tables(source)
+        chosen = read_mapping(mapping) if mapping is not None else _agreed(tables[0], unit, out, yes)
+        log = joined([log_of(table, chosen) for table in tables]).chosen(names)
     elif kind is Kind.LEROBOT:
-        log = read_lerobot(source, None if unit is None else unit.value, calibration, _numbers(episodes)).chosen(names)
+        log = read_lerobot(source, _of_lerobot(unit), calibration, _numbers(episodes)).chosen(names)
     elif kind is Kind.SAGE:
         log = read_sage(source, names)
     else:
@@ -84,15 +91,24 @@ def import_command(
     notes = write_import(out, log, arm)
     for note in (*log.notes, *notes):
         typer.echo(f"  {note}")
-    typer.echo(_said(log, out))
+    typer.echo(f"{_said(log, out)}; next: armtwin diagnose {out} --out diagnosed")
 
 
-def _agreed(proposed: Mapping, out: Path, yes: bool) -> Mapping:
+def _of_lerobot(unit: Unit | None) -> Literal["deg", "range", "counts"] | None:
+    if unit is Unit.RAD:
+        raise InputError("--unit: no LeRobot data set is in rad; deg, range or counts are wanted")
+    return None if unit is None else unit.value
+
+
+def _agreed(source: CsvTable, unit: Unit | None, out: Path, yes: bool) -> Mapping:
     """Show and save the proposal; return it where a person agrees, raise `InputError` where it is not complete."""
+    if unit is Unit.RANGE:
+        raise InputError("--unit: range is LeRobot's; rad, deg or counts are wanted")
+    proposed = proposed_mapping(source, None if unit is None else unit.value)
     saved = out.with_name(f"{out.name}.mapping.toml")
     table = Table("joint", "commanded", "measured", title=f"proposed: {proposed.motion}", title_justify="left")
     for joint in proposed.joints:
-        cells = (f"{one.column} [{one.unit}]" for one in (joint.command, joint.measured))
+        cells = (f"{one.column} [{_said_unit(one)}]" for one in (joint.command, joint.measured))
         table.add_row(joint.name, *(cell.replace("[", r"\[") for cell in cells))
     console = Console(highlight=False)
     console.print(table)
@@ -102,10 +118,21 @@ def _agreed(proposed: Mapping, out: Path, yes: bool) -> Mapping:
     typer.echo(f"saved as {saved}")
     unknown = unknown_units(proposed)
     if unknown:
-        raise InputError(f"{saved}: the unit of column '{unknown[0]}' is not told; write it there and give --mapping")
+        raise InputError(
+            f"{saved}: the unit of column '{unknown[0]}' is not told; write it there and give --mapping {saved}, or "
+            "give --unit"
+        )
+    by_values = [name for name in without_a_unit(source) if unit is None and name not in unknown]
+    if by_values:
+        typer.echo(f"by their values, not their names, told the units of: {', '.join(by_values)}")
     if not yes and not (sys.stdin.isatty() and typer.confirm("Use it?", err=True)):
         raise InputError(f"{saved}: not used yet; give --yes, or mend it and give --mapping {saved}")
     return proposed
+
+
+def _said_unit(one: AngleColumn) -> str:
+    middle = "" if one.counts_per_turn is None else f", {one.counts_per_turn:g} a turn from {one.offset:g}"
+    return f"{one.unit}{middle}"
 
 
 def _numbers(text: str | None) -> list[int] | None:

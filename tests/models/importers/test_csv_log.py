@@ -60,6 +60,31 @@ def test_a_unit_that_no_name_tells_is_asked_for(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("cells", "unit"),
+    [
+        (["2048,2047", "3100,3090", "1500,1506"], "counts"),
+        (["12.5,12.3", "40.0,39.5", "-100.25,-99"], "deg"),
+        (["0.5,0.49", "1.5,1.48", "-2.25,-2.2"], "rad"),
+        (["10,10", "20,19", "30,29"], "?"),  # whole: degrees, or counts of a small move
+        (["0.01,0.01", "0.02,0.02", "0.03,0.03"], "?"),  # nothing that moves so little tells its unit
+    ],
+)
+def test_values_that_can_be_of_one_unit_alone_tell_it(tmp_path: Path, cells: list[str], unit: str) -> None:
+    rows = "\n".join(f"{20 * k},{cell}" for k, cell in enumerate(cells))
+    mapping = proposed_mapping(read_table(write(tmp_path / "run.csv", f"t,elbow goal,elbow pos\n{rows}\n")))
+    assert {mapping.joints[0].command.unit, mapping.joints[0].measured.unit} == {unit}
+    assert mapping.time is not None
+    assert (mapping.time.unit, mapping.motion) == ("ms", "moving")
+
+
+def test_a_unit_that_is_said_holds_where_no_name_tells_another(tmp_path: Path) -> None:
+    text = "time_s,elbow_goal,elbow_pos_deg\n0,2048,0.5\n0.02,2058,1\n0.04,2068,1.5\n"
+    (joint,) = proposed_mapping(read_table(write(tmp_path / "run.csv", text)), "counts").joints
+    assert (joint.command.unit, joint.command.counts_per_turn, joint.command.offset) == ("counts", 4096.0, 2048.0)
+    assert joint.measured.unit == "deg"
+
+
+@pytest.mark.parametrize(
     ("header", "said"),
     [
         ("time_s,voltage,speed", "no column of commands goes with one of readings"),

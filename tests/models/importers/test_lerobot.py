@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 
 from armtwin.models.errors import InputError
 from armtwin.models.importers.lerobot import lattice_step, read_lerobot
+from armtwin.models.importers.writing import write_import
+from armtwin.models.recordings.moving_reader import read_moving
 
 pyarrow = pytest.importorskip("pyarrow")
 parquet = pytest.importorskip("pyarrow.parquet")
@@ -73,6 +75,14 @@ def test_both_versions_give_episodes_as_trajectories(tmp_path: Path, version: st
     np.testing.assert_allclose(np.diff(log.time_s[:ROWS]), 1 / FPS, atol=1e-6)
     assert any("gripper" in note for note in log.notes)
     assert any("no clock" in note for note in log.notes)
+
+
+def test_a_set_of_episodes_is_a_moving_recording_that_can_be_read(tmp_path: Path) -> None:
+    write_import(tmp_path / "rec", read_lerobot(write_set(tmp_path / "set", "v3.0"), "deg"))
+    read = read_moving(tmp_path / "rec")
+    assert read.motions == ("episode_000000", "episode_000001")
+    assert read.clock == "synthetic"
+    np.testing.assert_allclose(read.q_cmd[:, 0], np.radians(DEG), atol=1e-6)
 
 
 def test_single_episodes_can_be_chosen(tmp_path: Path) -> None:

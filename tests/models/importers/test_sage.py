@@ -26,6 +26,15 @@ def write_motion(folder: Path, unit: float = 1e6, names: str | None = "shoulder\
     return folder
 
 
+def test_each_motion_in_a_folder_of_motions_is_a_trajectory(tmp_path: Path) -> None:
+    for name in ("wave", "steps"):
+        write_motion(tmp_path / name)
+    log = read_sage(tmp_path)
+    assert list(dict.fromkeys(log.trajectory.tolist())) == ["steps", "wave"]
+    assert (np.diff(log.time_s) > 0).all()
+    assert "each trajectory's clock begins anew: they are laid 5 s apart" in log.notes
+
+
 @pytest.mark.parametrize(("unit", "said"), [(1e6, "times are in µs"), (1.0, "times are in s")])
 def test_commands_are_held_to_the_rows_after_them(tmp_path: Path, unit: float, said: str) -> None:
     log = read_sage(write_motion(tmp_path / "wave", unit))

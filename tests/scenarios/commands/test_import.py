@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from armtwin.models.recordings.moving_reader import read_moving
 from armtwin.models.recordings.reader import read_recording
 from armtwin.scenarios.cli import main
 from tests.models.importers.test_sage import write_motion
@@ -83,3 +84,53 @@ def test_an_arm_with_other_joints_is_refused(tmp_path: Path, poses: Path, capsys
     code, _, err = leave(["csv", str(poses), "--out", str(tmp_path / "rec"), "--yes", "--arm", str(arm)], capsys)
     assert code == 2
     assert "arm.toml: has 2 joints, the log 1 (elbow)" in err
+
+
+MODEL = """<mujoco><worldbody><body name="upper"><joint name="shoulder" axis="0 1 0"/>
+<inertial pos="0.1 0 0" mass="0.2" diaginertia="1e-4 2e-4 2e-4"/><geom type="mesh" mesh="skin"/>
+<body name="fore"><joint name="elbow" axis="0 1 0"/><inertial pos="0.1 0 0" mass="0.1" diaginertia="1e-4 2e-4 2e-4"/>
+</body></body></worldbody><asset><mesh name="skin" file="skin.stl"/></asset></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("names", "said"),
+    [
+        ("shoulder\nelbow", "its joints are shoulder, elbow"),
+        ("a\nb", "its joints are shoulder (a), elbow (b)"),  # as many as the model's hinges: in their order
+    ],
+)
+def test_the_joints_of_a_log_are_those_of_the_model_that_is_given(
+    tmp_path: Path, names: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    write_motion(tmp_path / "wave", names=names)
+    (tmp_path / "arm.xml").write_text(MODEL)
+    arguments = ["sage", str(tmp_path / "wave"), "--out", str(tmp_path / "rec"), "--arm", str(tmp_path / "arm.xml")]
+    code, shown, err = leave(arguments, capsys)
+    assert (code, said in shown) == (0, True), err
+    assert read_moving(tmp_path / "rec").joint_names == ("shoulder", "elbow")
+
+
+def test_a_model_that_has_other_joints_is_refused_with_its_own(
+    tmp_path: Path, poses: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    poses.write_text("time_s,wrist_target_deg,wrist_actual_deg\n0,10,9.5\n0.02,20,19\n0.04,30,29\n")
+    (tmp_path / "arm.xml").write_text(MODEL)
+    arguments = ["csv", str(poses), "--out", str(tmp_path / "rec"), "--yes", "--arm", str(tmp_path / "arm.xml")]
+    code, _, err = leave(arguments, capsys)
+    assert code == 2
+    assert "arm.xml: has no joint 'wrist', which the log has; its 2 are shoulder, elbow: choose" in err
+    assert not (tmp_path / "rec").exists()
+
+
+def test_a_folder_of_tables_is_one_recording_of_as_many_motions(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "logs").mkdir()
+    rows = "\n".join(f"{20 * k},{10.5 + k},{10.25 + k}" for k in range(8))
+    for name in ("steps", "chirp"):
+        (tmp_path / "logs" / f"{name}.csv").write_text(f"t_ms,elbow_target,elbow_actual\n{rows}\n")
+    code, shown, err = leave(["csv", str(tmp_path / "logs"), "--out", str(tmp_path / "rec"), "--yes"], capsys)
+    assert code == 0, err
+    assert "by their values, not their names, told the units of: elbow_target, elbow_actual" in shown
+    assert "next: armtwin diagnose" in shown
+    assert read_moving(tmp_path / "rec").motions == ("chirp", "steps")
