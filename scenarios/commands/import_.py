@@ -97,7 +97,12 @@ def import_command(
 def _of_lerobot(unit: Unit | None) -> Literal["deg", "range", "counts"] | None:
     if unit is Unit.RAD:
         raise InputError("--unit: no LeRobot data set is in rad; deg, range or counts are wanted")
-    return None if unit is None else unit.value
+    known: dict[Unit, Literal["deg", "range", "counts"]] = {
+        Unit.DEG: "deg",
+        Unit.RANGE: "range",
+        Unit.COUNTS: "counts",
+    }
+    return None if unit is None else known[unit]
 
 
 def _agreed(source: CsvTable, unit: Unit | None, out: Path, yes: bool) -> Mapping:
