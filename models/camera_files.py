@@ -35,7 +35,7 @@ def nominal_camera() -> Camera:
 
 
 def read_camera(path: Path) -> Camera:
-    """Read a camera from a file of ROS, OpenCV, Kalibr, mrcal, MATLAB or armtwin, told by its content.
+    """Read a camera from a file of any format of `models/camera_formats`, told by its content.
 
     Raises:
         InputError: the file is missing, too large, of no known format, or a key is missing or wrong; the message names

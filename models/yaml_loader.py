@@ -31,7 +31,8 @@ class CameraLoader(yaml.SafeLoader):
         return self.construct_mapping(node, deep=True)
 
 
-CameraLoader.add_constructor("tag:yaml.org,2002:opencv-matrix", CameraLoader.construct_opencv_matrix)
+for _kind in ("opencv-matrix", "opencv-nd-matrix"):
+    CameraLoader.add_constructor(f"tag:yaml.org,2002:{_kind}", CameraLoader.construct_opencv_matrix)
 # YAML 1.1, which PyYAML follows, takes a number with an exponent but without a dot for text.
 CameraLoader.add_implicit_resolver(
     "tag:yaml.org,2002:float", re.compile(r"^[-+]?[0-9]+(?:\.[0-9]*)?[eE][-+]?[0-9]+$"), list("-+0123456789")

@@ -81,9 +81,10 @@ def _size(key: str, value: object) -> int:
     if isinstance(value, float) and value.is_integer():
         value = int(value)
     if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= MAX_IMAGE_PX:
+        add = "; add image_width and image_height to the file" if value is None else ""
         raise InputError(
             f"{key}: found {'nothing' if value is None else repr(value)[:40]}, wanted whole pixels from 1 to "
-            f"{MAX_IMAGE_PX}: the size of the pictures that the camera was calibrated with"
+            f"{MAX_IMAGE_PX}: the size of the pictures that the camera was calibrated with{add}"
         )
     return value
 

@@ -56,4 +56,13 @@ def read(source: Source) -> Calibration:
 
 def _cameras(document: dict[str, Any]) -> dict[str, dict[str, Any]]:
     parts = {"": document, **{str(k): v for k, v in document.items() if isinstance(v, dict)}}
-    return {name: part for name, part in parts.items() if isinstance(part, dict) and "intrinsics" in part}
+    # Basalt's `intrinsics` are lists of cameras.
+    return {
+        name: part
+        for name, part in parts.items()
+        if isinstance(part, dict) and "intrinsics" in part and not _holds_mappings(part["intrinsics"])
+    }
+
+
+def _holds_mappings(found: Any) -> bool:
+    return isinstance(found, list) and any(isinstance(item, dict) for item in found)

@@ -9,15 +9,26 @@ from __future__ import annotations
 from typing import Any
 
 from armtwin.models.camera_formats.calibration import Calibration
-from armtwin.models.camera_formats.matrices import block, board_pose
+from armtwin.models.camera_formats.matrices import block, board_pose, numbers
 from armtwin.models.camera_formats.source import Source, the_only
 from armtwin.models.errors import InputError
 
 # Keys without underscores, in small letters.
 _MATRIX = ("cameramatrix", "intrinsicmatrix", "intrinsics", "mtx", "k")
-_DISTORTION = ("distortioncoefficients", "distcoeffs", "distcoeff", "distcoefs", "distortion", "dist", "d")
+_DISTORTION = (
+    "distortioncoefficients",
+    "distcoeffs",
+    "distcoeff",
+    "distcoefs",
+    "distortioncoeff",
+    "distortion",
+    "dist",
+    "d",
+)
 _WIDTH, _HEIGHT = ("imagewidth", "width", "framewidth"), ("imageheight", "height", "frameheight")
 _SIZE = ("imagesize", "resolution", "size")
+# The first camera of OpenCV's stereo samples, old and new.
+_STEREO = ("M1", "K1")
 _FISHEYE = ("fisheyemodel", "fisheye")
 
 
@@ -29,11 +40,17 @@ def recognises(source: Source) -> bool:
 def read(source: Source) -> Calibration:
     """Read the file's one camera; raises InputError that starts with the key."""
     content = the_only(_cameras(source))
-    if "M1" in content:
-        raise InputError("found the stereo cameras M1 and M2, wanted one; copy its matrices into a file of its own")
+    first = next((name for name in _STEREO if name in content), None)
+    if first is not None:
+        raise InputError(
+            f"found the stereo cameras {first} and {first[0]}2, wanted one; copy its matrices into a file of its own "
+            "as camera_matrix and distortion_coefficients"
+        )
     matrix, distortion = _key(content, _MATRIX) or "", _key(content, _DISTORTION)
     if distortion is None:
-        raise InputError("distortion_coefficients: found nothing, wanted rows, cols and data; none has no numbers")
+        raise InputError(
+            "distortion_coefficients: found nothing, wanted the lens's numbers, or [] where it has no distortion"
+        )
     R, t = board_pose(content)
     width, height, size_keys = _size(content)
     fisheye = _key(content, _FISHEYE)
@@ -51,13 +68,15 @@ def read(source: Source) -> Calibration:
 
 
 def _cameras(source: Source) -> list[dict[str, Any]]:
-    return [document for document in source.mappings if _key(document, _MATRIX) or "M1" in document]
+    return [document for document in source.mappings if _key(document, _MATRIX) or set(_STEREO) & set(document)]
 
 
 def _size(content: dict[str, Any]) -> tuple[object, object, tuple[str, str]]:
     size = _key(content, _SIZE)
-    if size is not None and isinstance(content[size], list) and len(content[size]) == 2:
-        return content[size][0], content[size][1], (size, size)
+    if size is not None:
+        both = numbers(size, content[size]).tolist()
+        if len(both) == 2:
+            return both[0], both[1], (size, size)
     width, height = _key(content, _WIDTH), _key(content, _HEIGHT)
     keys = (width or "image_width", height or "image_height")
     return content.get(keys[0]), content.get(keys[1]), keys

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import re
 import xml.etree.ElementTree as ElementTree
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import yaml
 
+from armtwin.models.camera_formats import numpy_archive
 from armtwin.models.errors import InputError
 from armtwin.models.yaml_loader import load_documents
 
@@ -20,14 +21,22 @@ from armtwin.models.yaml_loader import load_documents
 MAX_FILE_BYTES = 4 * 1024 * 1024
 # Levels of a matrix in a list in a file of OpenCV.
 _DEEPEST = 5
-_WANTED = "wanted a camera file (ROS, OpenCV, Kalibr, mrcal, MATLAB or armtwin's own)"
+_WANTED = "wanted a camera file (ROS, OpenCV, Kalibr, mrcal, MATLAB, COLMAP, NumPy's npz or armtwin's own)"
+# What stands at the start of files that are no text, and what to do with each.
+_SAVEZ = "np.savez(file, mtx=…, dist=…, image_size=[w, h])"
+_BINARY = {
+    b"\x93NUMPY": f"a single array of NumPy's; save matrix, distortion and size together: {_SAVEZ}",
+    b"MATLAB 5.0 MAT-file": "a MAT-file of MATLAB's; write it as text: jsonencode(toStruct(cameraParams))",
+    b"\x80": f"a pickle, which is never loaded (it can run code); save it by {_SAVEZ}",
+}
 
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """The text of a file, read whole."""
+    """The text of a file, read whole; of one that is no text, its arrays by name."""
 
     text: str
+    arrays: dict[str, Any] = field(default_factory=dict)
 
     @cached_property
     def head(self) -> str:
@@ -46,6 +55,8 @@ class Source:
             InputError: the text is none of them; the message has the line, counted from the file's first.
 
         """
+        if self.arrays:
+            return [self.arrays]
         if self.head.startswith("<"):
             return [_from_xml(self.text)]
         if self.head.startswith("{") and '"' in self.head[:200]:
@@ -94,6 +105,14 @@ def read_source(path: Path) -> Source:
         raise InputError(f"{path}: cannot be read ({error.strerror}), {_WANTED}") from error
     if len(raw) > MAX_FILE_BYTES:
         raise InputError(f"{path}: found more than {MAX_FILE_BYTES} bytes, {_WANTED} of about 1 kB")
+    if raw.startswith(numpy_archive.MARK):
+        try:
+            return Source("", numpy_archive.arrays(raw))
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+    for mark, what in _BINARY.items():
+        if raw.startswith(mark):
+            raise InputError(f"{path}: found {what}")
     wide = raw.startswith((b"\xff\xfe", b"\xfe\xff"))  # what some editors save
     try:
         text = raw.decode("utf-16" if wide else "utf-8-sig")
