@@ -33,6 +33,15 @@ _DECIMAL_POINT = re.compile(r"[+-]?(\d+\.\d*|\.\d+)([eE][+-]?\d+)?")
 _THOUSANDS = re.compile(r"[+-]?\d{1,3}([.,]\d{3})*[.,]\d+")
 # What a column may be given in, by the end of its name: the contract's ending and the factor to it.
 _UNITS = {"_deg": ("_rad", math.pi / 180.0), "_ms": ("_s", 1e-3), "_us": ("_s", 1e-6), "_g": ("_kg", 1e-3)}
+# First bytes of what people save or download in a table's place, in small letters, and what each is.
+_NO_TABLES = {
+    b"pk\x03\x04": "a workbook of a spreadsheet program",
+    b"\xd0\xcf\x11\xe0": "a workbook of a spreadsheet program",
+    b"<!doctype html": "a web page",
+    b"<html": "a web page",
+    b"%pdf": "a PDF",
+    b"{": "JSON",
+}
 # Spreadsheets and people write the true minus.
 _MINUS = str.maketrans({"\u2212": "-"})
 
@@ -152,6 +161,10 @@ def _refuse_unit(file: str, name: str, valid: list[str]) -> None:
 
 def _decoded(path: Path) -> str:
     data = path.read_bytes()
+    start = data.lstrip()[:20].lower()
+    for mark, what in _NO_TABLES.items():
+        if start.startswith(mark):
+            raise InputError(f"{path.name}: is {what}, no CSV file; save it as 'CSV UTF-8'")
     encoding = next((name for mark, name in _MARKS if data.startswith(mark)), None) or _unmarked(data)
     try:
         text = data.decode(encoding)
@@ -244,6 +257,8 @@ def remedy(text: str) -> str:
         return "; leave the unit out of the cells, the column's name says it"
     if re.fullmatch(r"[+-]?\d{1,3}([\s'’]\d{3})+([.,]\d+)?", text):
         return "; leave out what separates thousands"
+    if text.lower() in ("rad", "deg", "°", "mm", "px", "s", "ms", "[rad]", "[deg]", "[px]", "[s]"):
+        return "; leave out the row of units, the columns' names say them"
     if text.lower() in ("na", "n/a", "#n/a", "null", "none", "-", "--"):
         return "; leave the cell empty where nothing was measured"
     return ""

@@ -172,4 +172,5 @@ def _check_columns(columns: list[str], arm: Arm) -> None:
         wanted += measured
     for name in wanted:
         if name not in columns:
-            raise RecordingError(f"samples.csv: column '{name}' is missing")
+            number = "; number the poses from 0, in the order in which they were taken" if name == "sample" else ""
+            raise RecordingError(f"samples.csv: column '{name}' is missing{number}")

@@ -109,6 +109,27 @@ def test_what_is_no_text_is_refused_with_the_remedy(path: Path, data: bytes) -> 
         numbers(path, data)
 
 
+@pytest.mark.parametrize(
+    ("data", "said"),
+    [
+        (b"PK\x03\x04\x14\x00", "a workbook of a spreadsheet program"),
+        (b"\n<!DOCTYPE html><html></html>", "a web page"),
+        (b"%PDF-1.7", "a PDF"),
+        (b'{"theta1": [0]}', "JSON"),
+    ],
+)
+def test_what_is_no_table_is_named(path: Path, data: bytes, said: str) -> None:
+    with pytest.raises(InputError, match=f"samples.csv: is {said}, no CSV file"):
+        numbers(path, data)
+
+
+def test_a_row_of_units_is_to_be_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "plan.csv"
+    path.write_text("theta1_cmd_rad,theta2_cmd_rad\nrad,rad\n0.1,0.2\n")
+    with pytest.raises(InputError, match="leave out the row of units"):
+        read_plan(path, 2)
+
+
 @given(st.lists(st.floats(-6, 6), min_size=1, max_size=5), st.sampled_from([";", "\t"]))
 def test_any_number_survives_a_spreadsheet_with_decimal_commas(values: list[float], separator: str) -> None:
     rows = "".join(f"{k}{separator}t{separator}{repr(v).replace('.', ',')}\n" for k, v in enumerate(values))
