@@ -40,7 +40,9 @@ def main() -> None:
                 httpx.get(f"{served.bench(f's{number}')}api/state", headers=served.headers(f"s{number}"), timeout=300)
             print(f"{STUDENTS} robots drawn in {time.monotonic() - began:.0f} s")
             before_s = _cpu_s(served.process.pid)
-            threads = [threading.Thread(target=_student, args=(served, number, firsts, waits)) for number in range(STUDENTS)]
+            threads = [
+                threading.Thread(target=_student, args=(served, number, firsts, waits)) for number in range(STUDENTS)
+            ]
             for thread in threads:
                 thread.start()
             for thread in threads:
@@ -52,7 +54,9 @@ def main() -> None:
             served.process.wait(20)
     half, most = np.percentile(waits, [50, 95])
     mib = int(memory) * os.sysconf("SC_PAGESIZE") / 2**20
-    print(f"the first picture, for which a bench is opened: median {np.median(firsts):.2f} s, longest {max(firsts):.2f} s")
+    print(
+        f"the first picture, for which a bench is opened: median {np.median(firsts):.2f} s, longest {max(firsts):.2f} s"
+    )
     print(f"{len(waits)} more pictures of {STUDENTS} students, one every {EVERY_S:.0f} s each")
     print(f"move and picture: median {half:.2f} s, 95 % below {most:.2f} s, longest {max(waits):.2f} s")
     print(f"{cpu_s / (len(waits) + len(firsts)):.3f} s of one core a picture")

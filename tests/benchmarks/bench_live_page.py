@@ -71,9 +71,9 @@ def _parts() -> None:
         live.connect()
         live.move(np.zeros(3))
         live.capture()  # compiles the shaders
-        bench: Any = live._bench  # noqa: SLF001  # its parts are what is timed
+        bench: Any = live._bench  # its parts are what is timed
         bench.move, bench.capture = timed("move", bench.move), timed("picture", bench.capture)
-        live._find = timed("markers", live._find)  # type: ignore[method-assign]  # noqa: SLF001
+        live._find = timed("markers", live._find)  # type: ignore[method-assign]
         began = time.perf_counter()
         for pose in range(POSES):
             live.approach(np.array([0.3 * np.sin(pose / 3), 0.0, 0.0]))
