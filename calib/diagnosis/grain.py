@@ -6,7 +6,7 @@ and what only the steps of the reading explain is not the arm's.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,8 @@ _OFF_SHARE = 1e-4
 _LEAST_READINGS = 6
 # Rounding to a step scatters readings by about the standard deviation of one; in few poses by half of it.
 _PLAUSIBLE = 2.0
+# Steps that are told from uneven readings are known to this part.
+_SAME_STEP = 1e-3
 # Part of its step within which a reading may lie uniformly.
 _STD_OF_STEP = 1.0 / np.sqrt(12.0)
 
@@ -61,7 +63,14 @@ def reading_grains(recording: Recording) -> list[Grain]:
         step = _step_of(readings[seen], commands[seen])
         if step:
             grains.append(Grain(f"joint {joint}", step))
-    return grains
+    finest = min((grain.step for grain in grains), default=0.0)
+    return [replace(grain, step=finest) if _is_multiple(grain.step, finest) else grain for grain in grains]
+
+
+def _is_multiple(step: float, finest: float) -> bool:
+    """Whether a step is several of another joint's: then the servo's commands are coarse, and its reading is as fine."""
+    times = step / finest
+    return round(times) >= 2 and abs(times - round(times)) <= _SAME_STEP * times
 
 
 def floor_of(grains: list[Grain]) -> float:

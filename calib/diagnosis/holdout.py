@@ -135,7 +135,8 @@ def _kept_back(problem: Problem, explanation: Explanation, rows: Bool) -> tuple[
     whole = replace(
         data, problem=replace(data.problem, observed=problem.observed), counts=_seen(problem) & rows[:, None]
     )
-    effects = _found_here_too(whole, final)
+    everything = replace(whole, counts=data.counts | whole.counts)
+    effects = _found_here_too(everything, final)
     repaired = repair(whole, replace(final, effects=effects))
     observed, seen = repaired.data.problem.observed, repaired.data.counts
     return (
@@ -161,14 +162,19 @@ def _errors(problem: Problem, observed: Array, seen: Bool, predicted: Array) -> 
     return np.sqrt((in_millimetres(problem, problem.nominal, residual) ** 2).sum(axis=-1))
 
 
-def _found_here_too(held: Data, final: Fit) -> tuple[Active, ...]:
+def _found_here_too(everything: Data, final: Fit) -> tuple[Active, ...]:
     """Return the effects with the single samples of the held-out rows added, where such are among the causes.
 
-    Which single poses were missed is seen, not predicted; finding them fits nothing.
+    Which single poses were missed is seen, not predicted; finding them fits nothing. They are looked for among all rows,
+    since a run of them may begin in rows that were fitted.
     """
     effects = []
     for active in final.effects:
-        here = [one for one in find(active.effect, held, final) if one.site == active.site]
+        if active.effect.found is None:
+            effects.append(active)
+            continue
+        bare = replace(final, effects=tuple(other for other in final.effects if other.key != active.key))
+        here = [one for one in find(active.effect, everything, bare) if one.site == active.site]
         rows = np.union1d(active.values, here[0].values) if here else active.values
         effects.append(replace(active, values=rows))
     return tuple(effects)

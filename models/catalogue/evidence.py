@@ -13,6 +13,8 @@ Bool = NDArray[np.bool_]
 
 # Departures of joints are no larger than about this, where nothing that was seen says more.
 _PRIOR_RAD = 0.03
+# But no smaller than so many standard deviations of what is measured: an undeclared noise may be guessed far too high.
+_PRIOR_STDS = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +52,12 @@ class Evidence:
 
         Where the markers that are seen do not tell the joints apart, all are taken to share the departure.
         """
-        inverse = np.linalg.inv(self.stiffness + np.eye(self.pull.shape[1]) / _PRIOR_RAD**2)
+        own = self.stiffness[:, joint, joint]
+        measured = 1.0 / float(np.sqrt(np.median(own[own > 0]))) if (own > 0).any() else 0.0
+        precision = 1.0 / max(_PRIOR_RAD, _PRIOR_STDS * measured) ** 2
+        inverse = np.linalg.inv(self.stiffness + np.eye(self.pull.shape[1]) * precision)
         shown = np.einsum("nk,nk->n", inverse[:, joint], self.pull)
-        weights = np.maximum(1.0 / inverse[:, joint, joint] - 1.0 / _PRIOR_RAD**2, 0.0)
+        weights = np.maximum(1.0 / inverse[:, joint, joint] - precision, 0.0)
         return shown, np.where(self.stiffness[:, joint, joint] > 0, weights, 0.0)
 
     def change(self, dq: Array) -> Array:

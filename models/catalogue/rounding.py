@@ -28,6 +28,8 @@ SMALLEST_STEP_RAD = 6e-4
 # A lattice has to take this much off the logarithm of a joint's likelihood, twice: about twice the logarithm of the
 # steps and origins that are looked at.
 _BEYOND_CHANCE = 40.0
+# Servos of one arm mostly share their step: of one that another joint has only the origin is looked for.
+_BEYOND_CHANCE_SHARED = 16.0
 # Rounding to a step scatters angles by step / sqrt(12) about a smooth curve of the command; in few poses by half of it.
 _LEAST_SCATTER = 0.5 / np.sqrt(12.0)
 _CURVE_DEGREE = 3
@@ -71,7 +73,7 @@ def roundings(evidence: Evidence) -> list[Rounding | None]:
         for joint in range(n):
             q = evidence.commands[:, joint]
             departures, weights = _departures(evidence, found, joint)
-            found[joint] = _rounding(q, departures, weights, [r.step_rad for r in found if r is not None])
+            found[joint] = _rounding(q, departures, weights, [r.step_rad for k, r in enumerate(found) if r is not None and k != joint])
     return found
 
 
@@ -91,15 +93,26 @@ def _rounding(q: Array, departures: Array, weights: Array, others: list[float]) 
         return None
     e = e - np.average(e, weights=w)
     some = np.linspace(0, len(q) - 1, min(len(q), _MOST_ROWS)).astype(int)
-    lines = [*_lines(q, e, w), *(Rounding(step, 0.0) for step in others)]
-    if not lines:
+
+    def left(one: Rounding) -> float:
+        return _left(q, e, w, one)
+
+    def gain(one: Rounding) -> float:
+        return len(q) * float(np.log(_spread(e, w) / max(left(one), 1e-300)))
+
+    def best_of(lines: list[Rounding]) -> Rounding | None:
+        fine = [_refined(q[some], e[some], w[some], line) for line in lines]
+        best = sorted(fine, key=left)[:_BOUNDED]
+        return min([*fine, *(one for line in best for one in _bounded(q, e, line))], key=left, default=None)
+
+    shared = best_of([Rounding(step, 0.0) for step in others])
+    own = best_of(_lines(q, e, w))
+    prices = [(shared, _BEYOND_CHANCE_SHARED), (own, _BEYOND_CHANCE)]
+    worth = [(gain(one) - price, one) for one, price in prices if one is not None]
+    most, found = max(worth, key=lambda pair: pair[0], default=(0.0, None))
+    if found is None or most <= 0.0 or _scatter(q, e, w) < _LEAST_SCATTER * found.step_rad:
         return None
-    fine = [_refined(q[some], e[some], w[some], line) for line in lines]
-    best = sorted(fine, key=lambda one: _left(q, e, w, one))[:_BOUNDED]
-    tried = [*fine, *(one for line in best for one in _bounded(q, e, line))]
-    found = min(tried, key=lambda one: _left(q, e, w, one))
-    gain = len(q) * float(np.log(_spread(e, w) / max(_left(q, e, w, found), 1e-300)))
-    return found if gain > _BEYOND_CHANCE and _scatter(q, e, w) > _LEAST_SCATTER * found.step_rad else None
+    return found
 
 
 def _scatter(q: Array, e: Array, w: Array) -> float:

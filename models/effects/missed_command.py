@@ -73,24 +73,56 @@ def _stayed(context: Context, view: View, stayed: NDArray[np.bool_], least: floa
     if not amiss.any():
         return stayed
     for _ in range(_LOOKS):
-        executed = context.q_cmd.copy()
-        for row in np.flatnonzero(stayed.any(axis=1)):
-            executed[row, stayed[row]] = executed[row - 1, stayed[row]]
-        before = np.concatenate([executed[:1], executed[:-1]])
+        executed = _executed(context.q_cmd, stayed)
+        sources = _before(context.q_cmd, executed, seen.any(axis=1))
         fewest = np.full(len(own), np.inf)
-        again = np.zeros_like(stayed)
+        again, unseen_too = np.zeros_like(stayed), np.zeros(len(own), dtype=bool)
         for which in _sets(n):
-            commands = np.where(which, before, context.q_cmd)
-            predicted = view.replay(np.where(amiss[:, None], commands, executed))
-            misses = np.where(seen, view.misfit(view.observed, predicted), 0.0)
-            tells = np.where(seen, view.misfit(predicted, view.predicted), 0.0).max(axis=1) > least
-            left = np.where(amiss & tells & (misses.max(axis=1) < _MEETS), (misses**2).sum(axis=1), np.inf)
-            better = left < fewest
-            again[better], fewest = which, np.minimum(left, fewest)
+            for number, before in enumerate(sources):
+                commands = np.where(which, before, context.q_cmd)
+                predicted = view.replay(np.where(amiss[:, None], commands, executed))
+                misses = np.where(seen, view.misfit(view.observed, predicted), 0.0)
+                tells = np.where(seen, view.misfit(predicted, view.predicted), 0.0).max(axis=1) > least
+                left = np.where(amiss & tells & (misses.max(axis=1) < _MEETS), (misses**2).sum(axis=1), np.inf)
+                better = left < fewest
+                again[better], unseen_too[better] = which, bool(number)
+                fewest = np.minimum(left, fewest)
+        again = _with_unseen(again, unseen_too, seen.any(axis=1))
         if np.array_equal(again, stayed):
             break
         stayed = again
     return stayed
+
+
+def _executed(commands: Array, stayed: NDArray[np.bool_]) -> Array:
+    """(N, n) commands that took effect where some of them never reached some joints."""
+    executed = commands.copy()
+    for row in np.flatnonzero(stayed.any(axis=1)):
+        executed[row, stayed[row]] = executed[row - 1, stayed[row]]
+    return executed
+
+
+def _before(commands: Array, executed: Array, seen: NDArray[np.bool_]) -> list[Array]:
+    """Where the arm may have stood before each row: at the last command, or where it was last seen.
+
+    What happened at poses that nobody looked at is unknown: a run of missed poses may lead across them.
+    """
+    last = np.maximum.accumulate(np.where(seen, np.arange(len(seen)), 0))
+    before = np.maximum(np.arange(len(seen)) - 1, 0)
+    return [np.where(seen[before][:, None], executed[before], commands[before]), executed[last[before]]]
+
+
+def _with_unseen(
+    stayed: NDArray[np.bool_], unseen_too: NDArray[np.bool_], seen: NDArray[np.bool_]
+) -> NDArray[np.bool_]:
+    """Return the joints that stayed with those of the poses between, which nobody looked at."""
+    out = stayed.copy()
+    for row in np.flatnonzero(unseen_too):
+        between = row - 1
+        while between > 0 and not seen[between]:
+            out[between] |= stayed[row]
+            between -= 1
+    return out
 
 
 def _all_stayed(view: View) -> list[float]:

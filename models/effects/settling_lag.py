@@ -49,7 +49,7 @@ def term(context: Context, q: Array, values: Array, site: Site) -> Array:
             seen, kept = _left(part, waits).tolist(), _left(part, spans).tolist()
             out[:, joint] = q[:, joint] + _by_share(path, seen, kept)
         else:
-            out[:, joint] = q[:, joint] + _by_speed(path, waits.tolist(), spans.tolist(), part, float(reach))
+            out[:, joint] = q[:, joint] + _by_speed(path, waits, spans, part, float(reach))
     return out
 
 
@@ -70,13 +70,15 @@ def _by_share(path: list[float], seen: list[float], kept: list[float]) -> list[f
     return out
 
 
-def _by_speed(path: list[float], waits: list[float], spans: list[float], part: float, reach: float) -> list[float]:
+def _by_speed(path: list[float], waits: Array, spans: Array, part: float, reach: float) -> list[float]:
     """The same for a servo that covers no more than `reach` in a usual wait; close to its goal it goes by shares."""
+    if part == 0.0:
+        return _by_speed_alone(path, (reach * waits).tolist(), (reach * spans).tolist())
     slow = 1.0 / -math.log(max(abs(part), 1e-9))  # time constant, usual waits
     near = reach * slow  # way to go from which on the speed is no limit
 
     to_go, before, out = 0.0, path[0], []
-    for goal, wait, span in zip(path, waits, spans, strict=True):
+    for goal, wait, span in zip(path, waits.tolist(), spans.tolist(), strict=True):
         to_go += before - goal
         before = goal
         way = to_go if to_go >= 0 else -to_go
@@ -91,6 +93,17 @@ def _by_speed(path: list[float], waits: list[float], spans: list[float], part: f
     return out
 
 
+def _by_speed_alone(path: list[float], seen: list[float], kept: list[float]) -> list[float]:
+    """The same for one that stops at its goal at once: ways that it covers until each row is seen, and until the next."""
+    to_go, before, out = 0.0, path[0], []
+    for goal, at_sight, at_next in zip(path, seen, kept, strict=True):
+        to_go += before - goal
+        before = goal
+        out.append(to_go - min(max(to_go, -at_sight), at_sight))
+        to_go -= min(max(to_go, -at_next), at_next)
+    return out
+
+
 def physical(context: Context, values: Array) -> dict[str, Any]:
     """Return the parts as the simulated bench takes them, and the wait after which they are left: no servo of it
     overshoots.
@@ -102,15 +115,23 @@ def physical(context: Context, values: Array) -> dict[str, Any]:
 
 
 def told(context: Context, values: Array) -> list[int]:
-    """Leave out a speed that limits nothing and the pause after a picture where it is known."""
+    """Leave out a speed that limits nothing, parts beside a speed alone, and the pause where it is known."""
     n = len(values) - 3
     idle = {n} if values[n] >= _UNLIMITED_RAD else set()
+    if _speed_alone(values):
+        idle |= set(range(n))
     return [k for k in range(len(values)) if k not in idle and not (k == n + 1 and context.commanded_s is not None)]
+
+
+def _speed_alone(values: Array) -> bool:
+    """Whether the servos stop at their goals at once, and only their speed is a limit."""
+    return bool(values[-3] < _UNLIMITED_RAD and not values[:-3].any())
 
 
 def complexity(context: Context, values: Array) -> float:
     """Of the joints' parts, a speed that limits and a pause: the logarithm of the rows, and what starts were tried."""
-    smooth = len(values) - 3 + 2 * int(values[-3] < _UNLIMITED_RAD) + int(values[-2] > 0)
+    parts = 0 if _speed_alone(values) else len(values) - 3
+    smooth = parts + 2 * int(values[-3] < _UNLIMITED_RAD) + int(values[-2] > 0)
     return (smooth + 2) * float(np.log(len(context))) + smooth * float(np.log(4.0))
 
 
@@ -132,7 +153,7 @@ def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Arra
     waits = (0.0,) if one_way else (0.0, 1.0)
     free = 1.1 * _UNLIMITED_RAD
     shares = [(part, free, 0.0) for part in (0.003, 0.05, 0.4)] + [(0.05, free, 3.0)]
-    speeds = [(part, reach, 0.0) for part in (0.003, 0.2) for reach in _reaches(context)]
+    speeds = [(part, reach, 0.0) for part in (0.0, 0.003, 0.2) for reach in _reaches(context)]
     return [np.array([*np.full(n, part), reach, pause, w]) for part, reach, pause in shares + speeds for w in waits]
 
 

@@ -1,5 +1,7 @@
 """Single poses at which the arm stayed where it was."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -97,3 +99,16 @@ def test_the_simulated_bench_is_told_which_joint_missed_which_sample() -> None:
     physical = effect_named("missed_command").physical
     assert physical is not None
     assert physical(context_of(), np.array([3.0, 9 + 3 / 128])) == {"samples": [3], "samples1": [9], "samples2": [9]}
+
+
+def test_a_run_is_found_across_poses_that_nobody_looked_at() -> None:
+    context, how = context_of(), effect_named("missed_command").found
+    assert how is not None
+    seen = view_of([10, 11, 12, 13])
+    seen.observed[[11, 12]] = np.nan
+
+    def replay(commands: np.ndarray) -> np.ndarray:
+        return pixels(replace(context, q_cmd=commands))
+
+    ((_, rows),) = how.find(context, replace(seen, replay=replay))
+    np.testing.assert_array_equal(rows, [10, 11, 12, 13])
