@@ -68,7 +68,7 @@ def reading_grains(recording: Recording) -> list[Grain]:
 
 
 def _is_multiple(step: float, finest: float) -> bool:
-    """Whether a step is several of another joint's: then the servo's commands are coarse, and its reading is as fine."""
+    """Whether a step is several of another joint's: then commands are coarse, and this joint is read as finely."""
     times = step / finest
     return round(times) >= 2 and abs(times - round(times)) <= _SAME_STEP * times
 

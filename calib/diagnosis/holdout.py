@@ -165,8 +165,8 @@ def _errors(problem: Problem, observed: Array, seen: Bool, predicted: Array) -> 
 def _found_here_too(everything: Data, final: Fit) -> tuple[Active, ...]:
     """Return the effects with the single samples of the held-out rows added, where such are among the causes.
 
-    Which single poses were missed is seen, not predicted; finding them fits nothing. They are looked for among all rows,
-    since a run of them may begin in rows that were fitted.
+    Which single poses were missed is seen, not predicted; finding them fits nothing. They are looked for among all
+    rows, since a run of them may begin in rows that were fitted.
     """
     effects = []
     for active in final.effects:

@@ -20,6 +20,20 @@ _VUONG = 2.0
 _SMALL_SHARE = 0.01
 
 
+def _as_free(data: Data, best: CandidateModel, other: CandidateModel) -> bool:
+    """Whether two have as many numbers that a gradient finds: then only the grids that were scanned differ in price.
+
+    A servo that stops short of a threshold that no move falls below moves as play does, and no data say otherwise.
+    """
+    context = data.problem.context
+    free = [len(one.active.effect.acting(context, one.active.site, one.active.values)) for one in (best, other)]
+    return best.active.site == other.active.site and free[0] == free[1]
+
+
+def _misfit(candidate: CandidateModel) -> float:
+    return float(candidate.fit.misfit.sum())
+
+
 def tied(data: Data, best: CandidateModel, other: CandidateModel, excess: float, remaining: float) -> bool:
     """Whether `other` explains the data as well as `best`, by the pose-wise differences of their misfits.
 
@@ -27,7 +41,8 @@ def tied(data: Data, best: CandidateModel, other: CandidateModel, excess: float,
     independent, so the variance is that of sums over runs of poses.
     """
     difference = other.score - best.score
-    if difference < max(_LEAST_DIFFERENCE, _PART_OF_REMAINDER * remaining):
+    least = max(_LEAST_DIFFERENCE, _PART_OF_REMAINDER * remaining)
+    if difference < least or (_as_free(data, best, other) and _misfit(other) - _misfit(best) < least):
         return True
     by_pose = (other.fit.misfit - best.fit.misfit).sum(axis=1)[data.counts.any(axis=1)]
     runs = max(4, int(np.sqrt(len(by_pose))))

@@ -73,7 +73,9 @@ def roundings(evidence: Evidence) -> list[Rounding | None]:
         for joint in range(n):
             q = evidence.commands[:, joint]
             departures, weights = _departures(evidence, found, joint)
-            found[joint] = _rounding(q, departures, weights, [r.step_rad for k, r in enumerate(found) if r is not None and k != joint])
+            found[joint] = _rounding(
+                q, departures, weights, [r.step_rad for k, r in enumerate(found) if r is not None and k != joint]
+            )
     return found
 
 

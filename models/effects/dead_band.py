@@ -20,7 +20,8 @@ from armtwin.models.catalogue import sealed
 from armtwin.models.catalogue.context import Context
 from armtwin.models.catalogue.injection import Injected
 from armtwin.models.catalogue.motion_effect import MotionEffect, Slot
-from armtwin.models.catalogue.registry import Effect, Parameter, Site, Stage
+from armtwin.models.catalogue.registry import Effect, Evidence, Parameter, Site, Stage
+from armtwin.models.catalogue.thresholds import thresholds_in
 from armtwin.models.motion_world import MotionWorld
 from armtwin.models.world import Command, Electronics, World, joint_index
 
@@ -29,10 +30,6 @@ Array = NDArray[np.float64]
 # Beyond this no servo is usable; below, no servo of this size resolves a change (a tenth of a pulse's microsecond).
 _WIDEST_RAD = 0.2
 _LEAST_RAD = 1e-4
-# Between neighbouring thresholds that are looked at: a recording of some hundred poses tells apart a few in a hundred.
-_RATIO = 1.04
-# Between two of these, every threshold that ignores other commands is looked at, at most so many.
-_MOST_PLATEAUS = 200
 
 
 def term(context: Context, q: Array, values: Array, site: Site) -> Array:
@@ -72,44 +69,15 @@ _SHORT = 0.005
 
 
 def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
+    """Return none: `_screen` looks at every threshold at once."""
+    return []
+
+
+def _screen(context: Context, site: Site, evidence: Evidence) -> Iterable[Array]:
+    """Return the thresholds that the joint's departures show."""
     assert site.joint is not None
-    if around is not None:
-        return _plateaus(
-            context.q_cmd[:, site.joint - 1], float(around[0]) / _RATIO, float(around[0]) * _RATIO, float(around[1])
-        )
-    path = context.q_cmd[:, site.joint - 1]
-    moves = np.abs(np.diff(path))
-    moves = moves[(moves > _LEAST_RAD) & (moves < _WIDEST_RAD)]
-    if not len(moves):
-        return []
-    # Below the smallest move nothing is ignored.
-    smallest = float(moves.min())
-    count = int(np.ceil(np.log(_WIDEST_RAD / smallest) / np.log(_RATIO))) + 1
-    return _told_apart(path, np.geomspace(smallest, _WIDEST_RAD, count))
-
-
-def _told_apart(path: Array, thresholds: Array) -> list[Array]:
-    """Keep one of neighbouring thresholds that ignore the same commands."""
-    kept, last = [], None
-    for threshold in thresholds:
-        held = _held(path, float(threshold))
-        if last is None or not np.array_equal(held, last):
-            kept.append(np.array([threshold, 0.0]))
-        last = held
-    return kept
-
-
-def _plateaus(path: Array, low: float, high: float, stops_short: float) -> list[Array]:
-    """List one threshold for each set of commands of (N,) that thresholds from `low` to `high` ignore."""
-    middles: list[Array] = []
-    while low < high and len(middles) < _MOST_PLATEAUS:
-        changes = np.abs(
-            path[1:] - _held(path, low, stops_short)[:-1]
-        )  # of each command from where the servo stands then
-        top = min(float(changes[changes >= low].min(initial=np.inf)), high)
-        middles.append(np.array([0.5 * (low + top), stops_short]))
-        low = float(np.nextafter(top, np.inf))
-    return middles
+    path = evidence.commands[:, site.joint - 1]
+    return thresholds_in(path, *evidence.departures(site.joint - 1), _WIDEST_RAD, _LEAST_RAD)
 
 
 # --- how the simulated bench makes it ---
@@ -163,6 +131,7 @@ EFFECT = Effect(
     confused_with=("backlash", "quantization", "missed_command"),
     experiment="steps of this joint that grow from far below to far above the threshold, in both directions",
     plans=("reversal", "growing_steps"),
+    screen=_screen,
     complexity=complexity,
     needs_return=True,
     sealed=sealed.Sealing(_hide),

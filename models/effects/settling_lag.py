@@ -94,7 +94,7 @@ def _by_speed(path: list[float], waits: Array, spans: Array, part: float, reach:
 
 
 def _by_speed_alone(path: list[float], seen: list[float], kept: list[float]) -> list[float]:
-    """The same for one that stops at its goal at once: ways that it covers until each row is seen, and until the next."""
+    """The same for one that stops at its goal at once, by the ways that it covers until each row and next command."""
     to_go, before, out = 0.0, path[0], []
     for goal, at_sight, at_next in zip(path, seen, kept, strict=True):
         to_go += before - goal

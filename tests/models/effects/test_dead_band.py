@@ -1,10 +1,11 @@
 """A dead band: changes below the threshold are ignored, larger ones are followed all the way."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from armtwin.models.catalogue.registry import Site, effect_named
+from armtwin.models.catalogue.registry import Evidence, Site, effect_named
 from armtwin.models.world import Command
 from tests.support.contexts import context_of, one_joint, turned
 from tests.support.worlds import flat_world, with_effect
@@ -40,21 +41,32 @@ def test_the_simulated_servo_s_board_ignores_the_same_changes(path: list[float],
     np.testing.assert_array_equal(sent, held(path, threshold))
 
 
-def test_thresholds_are_looked_for_from_the_smallest_move_on() -> None:
-    context = context_of(one_joint(1, [0.0, 0.02, 0.05, 0.1]))
-    starts = [float(start[0]) for start in effect_named("dead_band").starts(context, Site(joint=1), None)]
-    assert min(starts) == np.min(np.diff(context.q_cmd[:, 0]))
-    assert list(effect_named("dead_band").starts(context, Site(joint=2), None)) == []
+def suggested(path: np.ndarray, true: list[float]) -> list[np.ndarray]:
+    """Return what is suggested where joint 1 departs as such a servo does, with noise of a milliradian."""
+    context = context_of(one_joint(1, path))
+    off = (turned("dead_band", context, true, joint=1) - context.q_cmd)[:, 0]
+    off += 1e-3 * np.random.default_rng(0).standard_normal(len(off))
+    n = context.q_cmd.shape[1]
+    pull = np.zeros((len(off), n))
+    pull[:, 0] = off / 1e-6
+    evidence = Evidence(pull, np.tile(np.eye(n) / 1e-6, (len(off), 1, 1)), context.q_cmd)
+    screen = effect_named("dead_band").screen
+    assert screen is not None
+    return list(screen(context, Site(joint=1), evidence))
 
 
-def test_every_threshold_is_looked_at_to_four_percent_unless_it_ignores_what_a_smaller_one_does() -> None:
+@pytest.mark.parametrize("short", [0.0, 0.17, 0.4])
+@pytest.mark.parametrize("threshold", [0.02, 0.05, 0.11])
+def test_the_threshold_is_seen_in_the_departures_among_all_at_once(threshold: float, short: float) -> None:
     path = 0.4 * np.sin(np.linspace(0.0, 9.0, 90)) + 0.2 * np.sin(np.linspace(0.0, 25.0, 90))
-    context = context_of(one_joint(3, path))
-    starts = np.array([float(start[0]) for start in effect_named("dead_band").starts(context, Site(joint=3), None)])
-    for threshold in np.geomspace(starts[0], starts[-1], 200):
-        smaller = starts[starts <= threshold].max()
-        next_looked_at = starts[starts >= threshold].min()
-        assert next_looked_at <= 1.0401 * threshold or np.array_equal(held(path, threshold), held(path, smaller))
+    best = suggested(path, [threshold, short])[0]
+    context = context_of(one_joint(1, path))
+    true, found = (turned("dead_band", context, values, joint=1) for values in ([threshold, short], best))
+    assert np.abs(true - found).max() < 0.003
+
+
+def test_of_a_joint_that_never_moves_no_threshold_is_looked_for() -> None:
+    assert suggested(np.zeros(20), [0.05, 0.0]) == []
 
 
 def test_a_motor_that_stops_short_leaves_a_share_of_the_threshold_on_the_side_it_came_from() -> None:
