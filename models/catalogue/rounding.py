@@ -122,7 +122,8 @@ def _scatter(q: Array, e: Array, w: Array) -> float:
 
     Marks that a person chose, and sought the commands for, lie as regularly as a lattice, but on a smooth curve.
     """
-    curve = np.polynomial.Polynomial.fit(q, e, _CURVE_DEGREE, w=np.sqrt(w))
+    degree = min(_CURVE_DEGREE, len(np.unique(np.round(q / SMALLEST_STEP_RAD))) - 1)
+    curve = np.polynomial.Polynomial.fit(q, e, degree, w=np.sqrt(w))
     return float(np.sqrt(_spread(e - curve(q), w)))
 
 

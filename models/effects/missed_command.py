@@ -68,13 +68,14 @@ def _stayed(context: Context, view: View, stayed: NDArray[np.bool_], least: floa
     n = context.q_cmd.shape[1]
     own = view.misfit(view.observed, view.predicted)
     seen = np.isfinite(own)
+    looked_at: NDArray[np.bool_] = np.asarray(seen.any(axis=1))
     amiss = np.where(seen, own, 0.0).max(axis=1) > least
     amiss[0] = False
     if not amiss.any():
         return stayed
     for _ in range(_LOOKS):
         executed = _executed(context.q_cmd, stayed)
-        sources = _before(context.q_cmd, executed, seen.any(axis=1))
+        sources = _before(context.q_cmd, executed, looked_at)
         fewest = np.full(len(own), np.inf)
         again, unseen_too = np.zeros_like(stayed), np.zeros(len(own), dtype=bool)
         for which in _sets(n):
@@ -87,7 +88,7 @@ def _stayed(context: Context, view: View, stayed: NDArray[np.bool_], least: floa
                 better = left < fewest
                 again[better], unseen_too[better] = which, bool(number)
                 fewest = np.minimum(left, fewest)
-        again = _with_unseen(again, unseen_too, seen.any(axis=1))
+        again = _with_unseen(again, unseen_too, looked_at)
         if np.array_equal(again, stayed):
             break
         stayed = again

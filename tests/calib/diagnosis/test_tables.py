@@ -121,3 +121,20 @@ def test_marks_that_commands_were_sought_for_are_no_steps_of_the_servo(marks_deg
         )
     )
     assert "quantization" not in possible(found)
+
+
+def test_a_joint_whose_commands_are_coarse_is_read_as_finely_as_the_others() -> None:
+    rng = np.random.default_rng(4)
+    q = rng.uniform(-0.6, 0.6, (120, 2))
+    coarse = q.copy()
+    coarse[:, 1] = np.round(q[:, 1] / np.radians(3.0)) * np.radians(3.0)
+    found = Recording(
+        arm=Arm("two", np.array([100.0, 80.0]), np.zeros(2)),
+        sample=make_samples(len(q)),
+        time_s=np.full(len(q), np.nan),
+        trajectory=np.full(len(q), "anywhere"),
+        q_cmd=q,
+        q_meas=np.round(np.round(coarse / np.radians(0.3)) * np.radians(0.3), 8),
+    )
+    assert [round(float(np.degrees(grain.step)), 3) for grain in reading_grains(found)] == [0.3, 0.3]
+    assert named(diagnose(found)) == {"quantization"}

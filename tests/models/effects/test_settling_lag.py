@@ -69,3 +69,11 @@ def test_with_a_long_pause_after_the_picture_it_arrives_before_the_next_command(
 def test_a_twin_of_a_slow_servo_is_told_its_reach() -> None:
     built = effect_named("settling_lag").built(context_of(), Site(), np.array([0.1, 0.1, 0.1, 0.25, 0.0, 1.0]))
     assert built["reach_rad"] == 0.25
+
+
+def test_a_speed_alone_leaves_what_is_beyond_its_reach_and_nothing_else() -> None:
+    context = context_of(one_joint(1, [0.0, 0.1, 0.6, 0.7]))
+    n = context.q_cmd.shape[1]
+    out = turned("settling_lag", context, [*np.zeros(n), 0.2, 0.5, 0.0])[:, 0]
+    # 0.3 of the way are left at the third pose, and 0.2 when the next command comes, half a wait later.
+    np.testing.assert_allclose(out, [0.0, 0.1, 0.3, 0.6])
