@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 # Names that one line may list; the catalogue of effects is shorter.
 _MOST_NAMES = 40
@@ -47,5 +47,10 @@ def nearest(name: str, valid: Iterable[str]) -> str:
     close = difflib.get_close_matches(name.lower(), by_lower, n=1)
     if close:
         return f"; did you mean '{shown(by_lower[close[0]])}'?"
+    return f"; valid names are {listed(names)}"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Return names as a message repeats them: the first ones, and how many more there are."""
     more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
-    return f"; valid names are {', '.join(map(shown, names[:_MOST_NAMES]))}{more}"
+    return f"{', '.join(map(shown, names[:_MOST_NAMES]))}{more}"

@@ -136,9 +136,10 @@ def check_size(name: str, size: tuple[int, int], wanted: tuple[int, int], first:
 
     """
     if size != wanted:
+        turned = "; one of the two was turned by a program, take the original" if size == wanted[::-1] else ""
         raise InputError(
             f"{name}: found {size[0]}x{size[1]} px, wanted {wanted[0]}x{wanted[1]} px as {first}; "
-            "one calibration holds for one camera at one resolution"
+            f"one calibration holds for one camera at one resolution{turned}"
         )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from armtwin.models import atomic
-from armtwin.models.errors import InputError, nearest, shown
+from armtwin.models.errors import InputError, listed, nearest, shown
 from armtwin.models.export.held import Held, held_by_rigid_links
 from armtwin.models.export.mjcf import note_beside, note_of
 from armtwin.models.export.urdf import READERS_DROP, xyz
@@ -60,7 +60,7 @@ def _read(path: Path) -> ET.Element:
         parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))  # noqa: S314  no entities, bounded size
         root = ET.fromstring(data, parser)  # noqa: S314
     except (ET.ParseError, LookupError, ValueError) as error:  # LookupError: an encoding that nobody knows
-        raise InputError(f"{path.name}: not XML ({error}); a URDF is wanted, run xacro first") from None
+        raise InputError(f"{path.name}: not XML ({shown(str(error))}); a URDF is wanted, run xacro first") from None
     if root.tag != "robot":
         raise InputError(f"{path.name}: its root is <{shown(str(root.tag))}>, <robot> is wanted: a URDF")
     return root
@@ -76,7 +76,7 @@ def _joints_of(robot: ET.Element, file: str, n: int, names: Sequence[str] | None
     else:
         found = [joint for joint in _from_the_base(robot) if joint.get("type") in _TURNING]
     if len(found) != n:
-        turning = ", ".join(shown(joint.get("name", "")) for joint in found)
+        turning = listed([joint.get("name", "") for joint in found])
         raise InputError(f"{file}: {len(found)} joints turn ({turning}), the twin has {n}; name them with --joints")
     return found
 

@@ -62,6 +62,11 @@ def test_images_of_two_sizes_are_refused_by_name_and_size():
         check_size("d.png", (81, 60), (80, 60), "a.jpg")
 
 
+def test_a_picture_that_a_program_turned_is_told_as_that():
+    with pytest.raises(InputError, match="turned by a program, take the original"):
+        check_size("d.png", (60, 80), (80, 60), "a.jpg")
+
+
 def test_a_folder_says_what_it_passed_over_and_finds_videos(folder):
     (folder / "IMG_1.HEIC").write_bytes(b"\x00\x00\x00\x18ftypheic")
     (folder / "turn.mp4").write_bytes(b"")

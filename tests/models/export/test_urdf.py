@@ -158,6 +158,13 @@ def test_a_urdf_that_cannot_be_mended_is_refused_in_one_line(
     assert not (tmp_path / "mended.urdf").exists()
 
 
+def test_a_file_in_an_encoding_that_nobody_knows_is_answered_in_a_short_line(tmp_path: Path, own: Path) -> None:
+    own.write_text(f'<?xml version="1.0" encoding="utf{"1" * 5000}"?><robot/>')
+    with pytest.raises(InputError, match="not XML") as caught:
+        export_onto_urdf(twin(), own, tmp_path / "mended.urdf")
+    assert len(str(caught.value)) < 300
+
+
 def test_names_and_limits_of_the_drawing_stand_in_the_file(tmp_path: Path) -> None:
     limits = np.array([[-1.0, 1.5], [0.0, 2.0]])
     arm = Arm("mine", np.array([100.0, 80.0]), np.zeros(2), joints=("shoulder", "elbow"), joint_limits_rad=limits)
