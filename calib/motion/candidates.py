@@ -22,6 +22,8 @@ _SHARP = 0.5
 # The grain of the readings and its double are no lattice of the commands.
 _BEYOND_GRAIN = 2.6
 _SLOW_RAD_S = 0.05
+# Of a joint that never turns back these are one with its zero.
+_OF_REVERSALS = ("backlash", "hysteresis", "friction")
 # A load that varies by less tells nothing of what grows with it.
 _LOADED_NM = 2e-3
 
@@ -52,6 +54,7 @@ def starts(problem: MotionProblem, series: Series, p: Array, e: Array, active: S
     """List all that may be added to what a joint has already: other effects, and further steps of those it has."""
     taken = {slot.slot for form in active for slot in form.slots}
     names = {form.effect for form in active}
+    turns_back = series.turns_back
     loaded = problem.has_load and bool(np.ptp(series.load_nm[series.used]) > _LOADED_NM)
 
     def may(slots: tuple[Slot, ...]) -> bool:
@@ -63,7 +66,7 @@ def starts(problem: MotionProblem, series: Series, p: Array, e: Array, active: S
 
     out: list[Start] = []
     for effect in motion_catalogue().values():
-        if effect.needs_load and not loaded:
+        if (effect.needs_load and not loaded) or (effect.name in _OF_REVERSALS and not turns_back):
             continue
         if effect.name in names:
             for number, slots in enumerate(effect.further, start=1):

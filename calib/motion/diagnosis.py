@@ -16,6 +16,7 @@ from armtwin.calib.motion.joint_model import JointModel
 from armtwin.calib.motion.problem import MotionProblem, motion_problem
 from armtwin.calib.motion.refitting import without
 from armtwin.calib.motion.series import rms
+from armtwin.calib.motion.set_up import SetUpFault, mended
 from armtwin.calib.motion.uncertainty import deviations
 from armtwin.models.motion.loop import INDEX, neutral
 from armtwin.models.recordings.moving import MovingRecording
@@ -26,6 +27,8 @@ Array = NDArray[np.float64]
 _LOUD = 1.5
 # The share of the squares at a joint that a model may leave whose form is not quite the arm's.
 _LEFT_SHARE = 0.1
+# What leaves so much of how the readings wander, though the joint is plainly sent about, explains nothing.
+_STRANGE, _PLAIN_MOVE_RAD = 0.7, 0.02
 
 
 @dataclass(frozen=True)
@@ -70,6 +73,7 @@ class MotionDiagnosis:
         loud: joints (from 0) whose remainder is more than noise and is explained by nothing.
         held_out: for each held-out motion and joint.
         gain: over all of them.
+        set_up: gross errors of the set-up, which were mended first.
 
     """
 
@@ -79,6 +83,7 @@ class MotionDiagnosis:
     loud: tuple[int, ...]
     held_out: tuple[HeldOut, ...]
     gain: Gain
+    set_up: tuple[SetUpFault, ...] = ()
 
     @property
     def problem(self) -> MotionProblem:
@@ -104,7 +109,9 @@ class MotionDiagnosis:
 
 def diagnose_motion(recording: MovingRecording, tell: Callable[[str], None] = lambda _: None) -> MotionDiagnosis:
     """Diagnose a moving recording; raises `RecordingError` where nothing can be decided."""
-    problem = motion_problem(recording)
+    tell("looking for gross errors of the set-up")
+    right = mended(recording)
+    problem = motion_problem(right.recording)
     arm = identify(problem, tell)
     tell("asking the held-out motions")
     arm = without_a_gain(arm)
@@ -118,12 +125,17 @@ def diagnose_motion(recording: MovingRecording, tell: Callable[[str], None] = la
     else:
         verdict = "ambiguous" if any(cause.equivalents for cause in causes) else "named"
     motions = held_out(arm, loud)
-    return MotionDiagnosis(verdict, tuple(causes), arm, loud, motions, Gain.over(motions))
+    return MotionDiagnosis(verdict, tuple(causes), arm, loud, motions, Gain.over(motions), right.faults)
 
 
 def _is_loud(arm: ArmModel, model: JointModel) -> bool:
+    if not arm.problem.is_read(model.joint):
+        return False
     used = arm.problem.series[model.joint].used
     left, noise = rms(model.fit.e[used]), model.noise_rad
+    readings, sent = arm.problem.series[model.joint].measured[used], arm.problem.series[model.joint].sent[used]
+    if arm.problem.moves(model.joint) and left > _STRANGE * np.std(readings) and np.std(sent) > _PLAIN_MOVE_RAD:
+        return True
     if left < _LOUD * noise:
         return False
     if not model.forms and arm.delay_s is None and arm.late is None and arm.payload is None:

@@ -20,6 +20,7 @@ _LEAST_MOTIONS = 3
 # Joints whose command moves less than this are not moved by it.
 _STILL_RAD = 1e-3
 _LEAST_ROWS = 60
+_LEAST_READINGS = 30
 # Files give five decimals, often.
 _PRINTED_RAD = 1e-5
 # A lattice is seen in so many different readings.
@@ -54,9 +55,15 @@ class MotionProblem:
         return tuple(name for name in self.recording.motions if self.held[self.recording.rows_of(name)].any())
 
     def moves(self, joint: int) -> bool:
-        """Whether the commands of a joint (from 0) change in the fitted rows."""
+        """Whether a joint (from 0) is sent somewhere in the fitted rows, and seen to go."""
         series = self.series[joint]
-        return bool(np.ptp(series.sent[series.used]) > _STILL_RAD)
+        return self.is_read(joint) and bool(np.ptp(series.sent[series.used]) > _STILL_RAD)
+
+    def is_read(self, joint: int) -> bool:
+        """Whether a joint's readings are enough to tell something, and not stuck at one angle."""
+        series = self.series[joint]
+        read = series.measured[series.used]
+        return len(read) >= _LEAST_READINGS and bool(np.ptp(read) > 0.0)
 
     def whole(self, joint: int, motion: str) -> Series:
         """Return a joint with one motion alone, all of whose rows count."""

@@ -26,6 +26,10 @@ _MAD_TO_STD = 1.4826
 _LEAST_STRETCH, _FORGETS_S = 300, 0.5
 
 
+# A command that changes by less is the same again.
+_NO_STEP_RAD = 1e-6
+
+
 @dataclass(frozen=True, eq=False)
 class Series:
     """One joint over all rows of a recording.
@@ -57,6 +61,12 @@ class Series:
     def row_s(self) -> float:
         """Usual time from row to row, s."""
         return float(np.median(np.diff(self.time_s)))
+
+    @property
+    def turns_back(self) -> bool:
+        """Whether the joint is sent both ways in the rows that count."""
+        steps = np.diff(self.sent)[self.used[1:] & ~self.first[1:]]
+        return bool((steps > _NO_STEP_RAD).any() and (steps < -_NO_STEP_RAD).any())
 
     @property
     def floor_rad(self) -> float:

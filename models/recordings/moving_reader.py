@@ -12,8 +12,9 @@ from pydantic import Field
 
 from armtwin.models.arm import Arm, arm_from_table
 from armtwin.models.csv_table import in_units, read_csv
-from armtwin.models.errors import InputError, RecordingError, nearest, shown
+from armtwin.models.errors import InputError, RecordingError, shown
 from armtwin.models.recordings.moving import ModelArm, MovingRecording
+from armtwin.models.recordings.moving_checks import check_motions
 from armtwin.models.recordings.table import Table
 from armtwin.models.validation import FROM_LIST, HEAVIEST_KG, ArmTable, CameraTable, Finite, Strict, check
 
@@ -24,8 +25,6 @@ _MAX_JSON_BYTES = 1 << 20
 _MAX_CSV_BYTES = 1 << 29
 _MAX_MODEL_BYTES = 1 << 24
 _MOST_JOINTS = 7
-# An arm moves in seconds: rows that are a minute apart, or whose times are whole and thousands of them, are no seconds.
-_LONGEST_ROW_S = 20.0
 # Columns of each joint, and of the row, beside commands and angles.
 JOINT_EXTRAS = ("torque_nm", "current_a", "vel_rad_s")
 _ROW_EXTRAS = ("commanded_s", "payload_kg", "temperature_c", "supply_v")
@@ -145,7 +144,7 @@ def _read(folder: Path) -> MovingRecording:
         held_out=header.held_out,
         folder=folder,
     )
-    _check_motions(recording)
+    check_motions(recording)
     return recording
 
 
@@ -213,35 +212,3 @@ def _columns(n: int) -> list[str]:
 
 def _why(name: str) -> str:
     return "; a moving arm needs the time of every row" if name == "time_s" else ""
-
-
-def _check_motions(recording: MovingRecording) -> None:
-    """Refuse what no motion can be read from."""
-    names = set(recording.motions)
-    for key, stated in (("held_out", recording.held_out), ("trajectories", recording.settings)):
-        for name in stated:
-            if name not in names:
-                raise RecordingError(
-                    f"recording.json: {key} names trajectory '{shown(name)}', which samples.csv does not have"
-                    + nearest(name, names)
-                )
-    if len(names) != len(recording.motions):
-        again = next(name for name in recording.motions if recording.motions.count(name) > 1)
-        raise RecordingError(
-            f"samples.csv: trajectory '{shown(again)}' begins twice; each is one motion: give the second its own name"
-        )
-    if names == set(recording.held_out):
-        raise RecordingError("recording.json: held_out names every trajectory; leave one to fit")
-    spans = np.diff(recording.time_s)[~recording.first[1:]]
-    if len(spans) and np.median(spans) > _LONGEST_ROW_S:
-        raise RecordingError(
-            f"samples.csv: column 'time_s': rows are {np.median(spans):g} s apart; are these milliseconds? "
-            "name the column time_ms"
-        )
-    for joint in range(recording.n_joints):
-        if np.isfinite(recording.q_meas[:, joint]).sum() < 3:
-            raise RecordingError(
-                f"samples.csv: column 'theta{joint + 1}_meas_rad' is empty; measured angles are wanted"
-            )
-    if not np.ptp(recording.q_cmd, axis=0).any():
-        raise RecordingError("samples.csv: no command ever changes; a log in which the arm is moved is wanted")

@@ -19,6 +19,8 @@ _FAR_OUTSIDE = 10.0
 # Nothing that is measured comes near it, not even the time of day in microseconds; its square is still a number.
 _LARGEST = 1e18
 _LONGEST_NAME = 200
+# Whole numbers beyond are no degrees of a joint.
+_MOST_DEGREES = 400.0
 
 
 class Table:
@@ -84,10 +86,17 @@ class Table:
         too_large = np.argwhere(np.abs(q) > 2 * np.pi)
         if len(too_large):
             row, joint = too_large[0]
+            column = q[np.isfinite(q[:, joint]), joint]
+            counts = np.abs(column).max() > _MOST_DEGREES and bool((column == np.round(column)).all())
+            remedy = (
+                "an encoder's counts: multiply by 2 pi over its counts a turn, from the middle of its range, or use "
+                "`armtwin import csv --unit counts`"
+                if counts
+                else f"degrees: name the column {names[joint].removesuffix('_rad')}_deg, or multiply by pi/180"
+            )
             raise RecordingError(
                 f"{self._at(row, names[joint])}: {q[row, joint]:g} is beyond 2 pi; "
-                "angles are in radians, these look like degrees: name the column "
-                f"{names[joint].removesuffix('_rad')}_deg, or multiply by pi/180"
+                f"angles are in radians, these look like {remedy}"
             )
         return q
 

@@ -16,9 +16,8 @@ Array = NDArray[np.float64]
 _LEAST_POSES = 8
 # A hobby servo needs longer than this from one pose to rest in the next, and a picture of it.
 _REST_S = 0.12
-# So many rows are a log, and it moves in at least this share of them.
-_LEAST_LOG = 60
-_MOVING_SHARE = 0.2
+# So many rows are a log, and it moves in at least so many of them.
+_LEAST_LOG, _LEAST_MOVES = 60, 8
 # Moves below this are no moves: a command repeated.
 _STILL_RAD = 1e-6
 
@@ -111,13 +110,14 @@ def _refuse_motion(recording: Recording) -> None:
     """Refuse rows that sample a moving arm: taken for poses at rest, their lag is named as a shift or a slip."""
     if not recording.has_time or len(recording) < _LEAST_LOG:
         return
-    apart = float(np.median(np.diff(recording.time_s)))
     moving = np.abs(np.diff(recording.q_cmd, axis=0)).max(axis=1) > _STILL_RAD
-    if 0 < apart < _REST_S and moving.mean() > _MOVING_SHARE:
+    if moving.sum() < _LEAST_MOVES:
+        return
+    apart = float(np.median(np.diff(recording.time_s)[moving]))
+    if 0 < apart < _REST_S:
         raise RecordingError(
             f"samples.csv: rows are {apart:.3g} s apart while the arm moves, a log of motion and not of poses at rest, "
-            "which no servo reaches so fast; keep the rows in which command and reading have stood still, or record "
-            "poses (logs of motion are not diagnosed yet)"
+            'which no servo reaches so fast; say "motion": "moving" in recording.json to have it diagnosed as that'
         )
 
 

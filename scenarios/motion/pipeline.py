@@ -13,11 +13,12 @@ from armtwin.calib.motion.diagnosis import MotionDiagnosis, diagnose_motion
 from armtwin.models.atomic import write_json, write_text
 from armtwin.models.recordings.moving_reader import read_moving
 from armtwin.scenarios.diagnosis.files import written_together
+from armtwin.scenarios.motion.notes import notes
 from armtwin.scenarios.motion.report import motion_page
 from armtwin.scenarios.motion.resimulate import Resimulated
 from armtwin.scenarios.motion.table import motion_table
 from armtwin.scenarios.motion.twin import motion_twin_text
-from armtwin.scenarios.motion.words import gain, headline, missed, notes, parameter_words, what_next, where
+from armtwin.scenarios.motion.words import gain, headline, missed, parameter_words, what_next, where
 
 
 def report_motion(folder: Path, tell: Callable[[str], None] = lambda _: None) -> MotionDiagnosis:
@@ -35,6 +36,10 @@ def write_motion(folder: Path, name: str, found: MotionDiagnosis, again: Resimul
 
 def print_motion(console: Console, found: MotionDiagnosis, again: Resimulated | None) -> None:
     """Print the whole of it on a screen, joint by joint."""
+    for fault in found.set_up:
+        console.print(Text(f"SET-UP  {fault.said}: {fault.remedy}", style="bold"))
+    if found.set_up:
+        console.print(Text("What follows is of the recording without it.", style="bold"))
     console.print(Text(f"{found.verdict.upper()}  {headline(found)}", style="bold"))
     for cause in sorted(found.causes, key=lambda one: (one.joint or 0, -one.explained_percent)):
         share = f"explains {cause.explained_percent:.1f} %" if not cause.rows else f"in {len(cause.rows)} rows"

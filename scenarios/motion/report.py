@@ -5,9 +5,10 @@ from __future__ import annotations
 from armtwin.calib.motion.diagnosis import MotionCause, MotionDiagnosis
 from armtwin.models.catalogue.motion_effect import motion_effect_named
 from armtwin.scenarios.motion import figures
+from armtwin.scenarios.motion.notes import notes
 from armtwin.scenarios.motion.remainder import follows
 from armtwin.scenarios.motion.resimulate import Resimulated
-from armtwin.scenarios.motion.words import gain, headline, label, missed, notes, parameter_words, what_next, where
+from armtwin.scenarios.motion.words import gain, headline, label, missed, parameter_words, what_next, where
 from armtwin.scenarios.report.page import page
 from armtwin.scenarios.report.section import Cell, Section, number, plot, plots, prose, table
 
@@ -19,11 +20,12 @@ def motion_page(name: str, found: MotionDiagnosis, again: Resimulated | None = N
         *((number(1e3 * value, 2, "mrad"), what) for value, what in _errors(found)),
     ]
     recording = found.recording
+    set_up = "".join(f"Set up wrongly: {fault.said}.\n" for fault in found.set_up)
     about = (
-        f"{headline(found)}\n{len(recording)} rows of '{recording.arm.name}' in motion, {recording.n_joints} joints, "
-        f"{len(recording.motions)} motions ({', '.join(recording.motions[:8])})."
+        f"{set_up}{headline(found)}\n{len(recording)} rows of '{recording.arm.name}' in motion, "
+        f"{recording.n_joints} joints, {len(recording.motions)} motions ({', '.join(recording.motions[:8])})."
     )
-    sections = [_causes(found), _time(found), _remainder(found), _gain(found, again), _next(found)]
+    sections = [*_set_up(found), _causes(found), _time(found), _remainder(found), _gain(found, again), _next(found)]
     told = notes(found)
     if told:
         sections.append(Section("notes", "What this recording cannot tell", "", tuple(prose(note) for note in told)))
@@ -50,6 +52,15 @@ def _errors(found: MotionDiagnosis) -> list[tuple[float, str]]:
         (float((sum(getattr(one, key) ** 2 for one in found.held_out) / n) ** 0.5), what)
         for key, what in zip(keys, names, strict=True)
     ]
+
+
+def _set_up(found: MotionDiagnosis) -> list[Section]:
+    """Show what is set up wrongly, before anything else."""
+    if not found.set_up:
+        return []
+    lead = "This comes first: all that follows is of the recording without it."
+    lines = tuple(prose(f"{fault.said}: {fault.remedy}") for fault in found.set_up)
+    return [Section("set-up", "What is set up wrongly", lead, lines)]
 
 
 def _causes(found: MotionDiagnosis) -> Section:

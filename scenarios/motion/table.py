@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.calib.motion.diagnosis import MotionCause, MotionDiagnosis
+from armtwin.calib.motion.set_up import SetUpFault
 from armtwin.models.arm import Arm
 from armtwin.models.kinematics import marker_positions
 from armtwin.models.motion.loop import INDEX
@@ -24,6 +25,7 @@ def motion_table(found: MotionDiagnosis) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "verdict": found.verdict,
+        **({"set_up": [_set_up(fault) for fault in found.set_up]} if found.set_up else {}),
         "causes": [_cause(cause) for cause in found.causes],
         "geometry": _geometry(found),
         "held_out": _held_out(found),
@@ -46,6 +48,10 @@ def _cause(cause: MotionCause) -> dict[str, Any]:
         "p_value": cause.p_value,
         "explained_percent": cause.explained_percent,
     }
+
+
+def _set_up(fault: SetUpFault) -> dict[str, Any]:
+    return {"error": fault.error, "joints": list(fault.joints), "said": fault.said, "remedy": fault.remedy}
 
 
 def _geometry(found: MotionDiagnosis) -> dict[str, Any]:

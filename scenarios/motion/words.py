@@ -88,37 +88,6 @@ def parameter_words(name: str, one: Estimate) -> tuple[str, str]:
     return value, f"{low:.4g} to {high:.4g}" + (f" ({low * factor:.3g} to {high * factor:.3g}{unit})" if unit else "")
 
 
-def notes(found: MotionDiagnosis) -> list[str]:
-    """Say what this recording cannot tell, and what was taken for what."""
-    out = []
-    recording = found.recording
-    if recording.clock == "synthetic":
-        out.append(
-            "Times were made from row numbers and a nominal rate: a delay in seconds is as true as the rate stated."
-        )
-    if any(cause.effect == "latency" for cause in found.causes):
-        out.append("A late command and a late clock of the readings look the same: the delay is the sum of both.")
-    if any(cause.effect == "friction" for cause in found.causes):
-        out.append(
-            "At one P gain and one load a band of friction looks like play behind an encoder on the motor's side; it "
-            "is called friction where its size follows the drive or the load, or where the servo's answer rounds."
-        )
-    if not found.problem.has_load:
-        out.append("The arm's masses are not known: what grows with the load cannot be looked for.")
-    still = [j + 1 for j in range(recording.n_joints) if not found.problem.moves(j)]
-    if still:
-        joints = f"Joint{'s' if len(still) > 1 else ''} {', '.join(map(str, still))}"
-        out.append(f"{joints} got no commands to move: nothing is said of them.")
-    grains = found.problem.grains_rad
-    if grains.any():
-        steps = ", ".join(f"{np.degrees(g):.3g}°" for g in sorted(set(np.round(grains[grains > 0], 6))))
-        out.append(f"Readings come in steps of {steps}; a step/√12 is the floor of their noise.")
-    missing = int(np.isnan(recording.q_meas).any(axis=1).sum())
-    if missing:
-        out.append(f"{missing} rows lack a measured angle; they are passed over.")
-    return out
-
-
 def next_motion(found: MotionDiagnosis) -> dict[str, Any] | None:
     """Return the motion that breaks the first tie, or None where none is needed."""
     for cause in found.causes:

@@ -42,7 +42,7 @@ def written(
     columns = [f"theta{joint}_{kind}_rad" for kind in ("cmd", "meas") for joint in (1, 2)]
     table = [["sample", "time_s", "trajectory", *columns]]
     for k in range(80):
-        angles = (f"{v:.4f}" for v in (0.01 * k, 0.1, 0.01 * k, 0.1))
+        angles = (f"{v:.4f}" for v in (0.01 * k, 0.1, 0.0099 * k, 0.1))
         table.append([str(k), f"{0.02 * k:.3f}", "one" if k < 40 else "two", *angles])
     rows(table)
     with (folder / "samples.csv").open("w", newline="", encoding="utf-8") as file:
@@ -90,8 +90,38 @@ WRONG: dict[str, tuple[Callable[[Header], object], Callable[[Rows], object], str
     "degrees": (lambda h: None, cell(9, 5, "45.0"), "look like degrees"),
     "milliseconds": (
         lambda h: None,
-        lambda rows: [row.__setitem__(1, str(25_000.0 * k)) for k, row in enumerate(rows[1:])],
+        lambda rows: [row.__setitem__(1, str(25.0 * k)) for k, row in enumerate(rows[1:])],
         "time_ms",
+    ),
+    "microseconds": (
+        lambda h: None,
+        lambda rows: [row.__setitem__(1, str(20_000.0 * k)) for k, row in enumerate(rows[1:])],
+        "time_us",
+    ),
+    "times in another unit than seconds": (
+        lambda h: None,
+        lambda rows: [row.__setitem__(1, str(1e-5 * k)) for k, row in enumerate(rows[1:])],
+        "more often than any arm is read",
+    ),
+    "counts": (
+        lambda h: None,
+        lambda rows: [row.__setitem__(5, str(2048 + k)) for k, row in enumerate(rows[1:])],
+        "an encoder's counts: multiply by 2 pi",
+    ),
+    "rows that are all motions of their own": (
+        lambda h: h.pop("held_out"),
+        lambda rows: [row.__setitem__(2, f"m{k}") for k, row in enumerate(rows[1:])],
+        "every row is a trajectory of its own",
+    ),
+    "readings that are the commands again": (
+        lambda h: None,
+        lambda rows: [row.__setitem__(5, row[3]) for row in rows[1:]],
+        "the goal was logged again",
+    ),
+    "readings that are stuck": (
+        lambda h: None,
+        lambda rows: [(row.__setitem__(5, "0.3"), row.__setitem__(6, "0.1")) for row in rows[1:]],
+        "readings that are stuck",
     ),
     "commands that never change": (
         lambda h: None,
