@@ -15,7 +15,8 @@ whatever is to bend along link i are hinges of its bodies mid{i} and end{i}, at 
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 
 import mujoco
 import numpy as np
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 
 from armtwin.models.arm import Arm
 from armtwin.models.catalogue.context import TYPICAL_LINK_MASS_KG, TYPICAL_TIP_MASS_KG
+from armtwin.models.errors import InputError
 from armtwin.models.kinematics import Deviation, complex_links
 from armtwin.models.servo import Servo
 from armtwin.models.units import M_PER_MM
@@ -253,3 +255,19 @@ def _draw_link(body: mujoco.MjsBody, end: Array) -> None:
         contype=0,
         conaffinity=0,
     )
+
+
+@contextmanager
+def building() -> Iterator[None]:
+    """Tell MuJoCo's refusal of a model as the user's mistake that it is.
+
+    Raises:
+        InputError: no arm can be so: a mass, a spring or a gap that nothing has, or one thing twice.
+
+    """
+    try:
+        yield
+    except ValueError as error:
+        why = " ".join(str(error).removeprefix("Error:").split())
+        twice = "; the same effect stands twice at one place, give it once" if "repeated name" in why else ""
+        raise InputError(f"no such arm can be built ({why}){twice}") from None

@@ -188,8 +188,6 @@ def rebuild(twin: Twin) -> World:
             world.compile()
         except InputError as error:
             raise InputError(f"effect '{effect.effect}': {error}") from None
-        except ValueError as error:  # MuJoCo's: a spring, a gap or a mass that nothing can have
-            raise InputError(f"effect '{effect.effect}': no such arm can be built ({error})") from None
     return world
 
 

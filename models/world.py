@@ -24,7 +24,7 @@ from armtwin.models.camera import Camera
 from armtwin.models.catalogue.site import Site
 from armtwin.models.errors import InputError
 from armtwin.models.kinematics import Deviation
-from armtwin.models.mjcf import build_arm
+from armtwin.models.mjcf import build_arm, building
 from armtwin.models.servo import Servo, nominal_servo
 
 Array = NDArray[np.float64]
@@ -146,8 +146,9 @@ class World:
         return spec
 
     def compile(self) -> mujoco.MjModel:
-        """Compile the true arm, with everything that was done to it."""
-        return self.spec().compile()
+        """Compile the true arm, with everything that was done to it; raises `InputError` where none can have all."""
+        with building():
+            return self.spec().compile()
 
 
 def ideal_world(

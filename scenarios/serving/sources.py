@@ -81,13 +81,11 @@ def source_of(said: str) -> BenchSource:
 def _simulated(scenario: ScenarioFile) -> BenchSource:
     def make(faults: Sequence[EffectTable], samples_before: int) -> Bench:
         faulty = scenario.model_copy(update={"effects": (*scenario.effects, *faults)})
+        session = Session(n_poses=samples_before + _VISIT_POSES, samples_before=samples_before)
         try:
-            return open_bench(
-                SimulatedSpec(faulty),
-                Session(n_poses=samples_before + _VISIT_POSES, samples_before=samples_before),
-            )
-        except ValueError as error:  # MuJoCo's: a spring, a gap or a mass that nothing can have
-            raise InputError(f"faults: no such arm can be built ({error})") from None
+            return open_bench(SimulatedSpec(faulty), session)
+        except InputError as error:
+            raise InputError(f"faults: {error}") from None
 
     arm = declared_arm(scenario)
     return BenchSource(

@@ -22,6 +22,7 @@ from armtwin.models import atomic
 from armtwin.models.catalogue.motion_injection import MotionCause, inject_in_motion
 from armtwin.models.export.held import SCHEMA
 from armtwin.models.export.mjcf import note_beside
+from armtwin.models.mjcf import building
 from armtwin.models.motion_arm import MotionArm
 from armtwin.models.motion_world import Drive, MotionWorld, ideal_motion_world
 from armtwin.sim.motion.drive import STIFFNESS_NM_RAD, DriveBank
@@ -88,9 +89,10 @@ def export_moving_mjcf(
             held.append(cause)
         else:
             not_held.append((cause, why))
-    spec = _numbered(world)
-    spec.comment = _comment(held, not_held)
-    spec.compile()
+    with building():
+        spec = _numbered(world)
+        spec.comment = _comment(held, not_held)
+        spec.compile()
     atomic.write_text(path, spec.to_xml())
     atomic.write_json(note_beside(path), _note(path.name, world, held, not_held))
     return MovingHeld(tuple(held), tuple(not_held))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import mujoco
 
+from armtwin.models.mjcf import building
 from armtwin.models.motion_world import HARD_SOLIMP, HARD_SOLREF, MotionWorld
 from armtwin.sim.motion.drive import STIFFNESS_NM_RAD
 
@@ -36,7 +37,8 @@ def motion_spec(world: MotionWorld, friction: bool) -> mujoco.MjSpec:
 
 def compiled(world: MotionWorld, friction: bool) -> mujoco.MjModel:
     """Compile it."""
-    model = motion_spec(world, friction).compile()
+    with building():
+        model = motion_spec(world, friction).compile()
     model.dof_invweight0[:] *= _CREEP  # by which MuJoCo judges how soft a constraint may be
     return model
 

@@ -24,18 +24,23 @@ from armtwin.models.importers.lerobot import read_lerobot
 from armtwin.models.importers.mapping import mapping_text, read_mapping
 from armtwin.models.importers.sage import read_sage
 from armtwin.models.kinematics import Deviation
+from armtwin.models.motion.loads import gravity_torques
+from armtwin.models.moving_twin import read_moving_twin
 from armtwin.models.plan import Plan, read_plan, write_plan
+from armtwin.models.recordings.moving_reader import read_moving
 from armtwin.models.recordings.reader import read_recording
 from armtwin.models.recordings.writer import write_recording
 from armtwin.models.servo import NOMINAL_SERVO, read_servo
 from armtwin.models.twin import Twin, TwinEffect, read_twin, rebuild, write_twin
 from armtwin.models.wanted_path import read_wanted_path
+from armtwin.scenarios import sweeps
 from armtwin.scenarios.classes.class_file import read_class
 from armtwin.scenarios.runner.job import open_job
 from armtwin.scenarios.runner.world import build_world
 from armtwin.scenarios.scenario import FILES, read_scenario
 from armtwin.scenarios.scoring.outcome import Task, kept_outcome
 from armtwin.scenarios.scoring.sealing import read_truth
+from armtwin.scenarios.sweeps.table import read_sweep
 from tests.scenarios.classes.conftest import CLASS
 from tests.support.bench import BENCH
 from tests.support.recordings import recording
@@ -54,6 +59,7 @@ def make_kinds(folder: Path) -> list[Kind]:
     """Write a good file of every kind below `folder` and return what reads each."""
     return [
         *_recordings(folder),
+        *_moving(folder),
         *_benches(folder),
         *_twins(folder),
         *_cameras(folder),
@@ -83,6 +89,36 @@ def _recordings(folder: Path) -> list[Kind]:
         Kind("samples.csv", rec / "samples.csv", lambda: read_recording(rec)),
         Kind("plan", plan, lambda: read_plan(plan, 3)),
         Kind("wanted path", path, lambda: read_wanted_path(path, nominal_arm())),
+    ]
+
+
+LINK = '<geom type="capsule" size="0.01" fromto="0 0 0 0.1 0 0"/>'
+MODEL = f"""<mujoco><worldbody><body><joint name="shoulder" axis="0 0 1"/>{LINK}
+<body pos="0.1 0 0"><joint name="elbow" axis="0 0 1"/>{LINK}</body></body></worldbody></mujoco>"""
+
+
+def _moving(folder: Path) -> list[Kind]:
+    log, twin = folder / "log", folder / "moving.toml"
+    log.mkdir()
+    arm = {"name": "two", "model": "arm.xml", "joints": ["shoulder", "elbow"]}
+    header = {"schema": "armtwin.recording/1", "motion": "moving", "arm": arm, "held_out": ["back"]}
+    (log / "recording.json").write_text(json.dumps(header))
+    (log / "arm.xml").write_text(MODEL)
+    angles = [
+        (k, round(0.02 * k, 3), "there" if k < 8 else "back", 0.1 * np.sin(k), 0.1 * np.sin(k - 1)) for k in range(16)
+    ]
+    rows = [f"{k},{t},{name},{sent:.4f},{sent:.4f},{seen:.4f},{seen:.4f}" for k, t, name, sent, seen in angles]
+    joints = "theta1_cmd_rad,theta2_cmd_rad,theta1_meas_rad,theta2_meas_rad"
+    (log / "samples.csv").write_text("\n".join([f"sample,time_s,trajectory,{joints}", *rows]) + "\n")
+    shutil.copyfile(log / "arm.xml", folder / "arm.xml")
+    effect = {"effect": "latency", "joint": 1, "parameters": {"delay_s": 0.05}}
+    made = {"schema": "armtwin.twin/1", "motion": "moving", "arm": arm, "effects": [effect]}
+    twin.write_text(tomli_w.dumps(made))
+    return [
+        Kind("recording.json of a log", log / "recording.json", lambda: read_moving(log)),
+        Kind("samples.csv of a log", log / "samples.csv", lambda: read_moving(log)),
+        Kind("model of a log", log / "arm.xml", lambda: gravity_torques((made_ := read_moving(log)).arm, made_.q_meas)),
+        Kind("twin of a moving arm", twin, lambda: read_moving_twin(twin)),
     ]
 
 
@@ -124,7 +160,17 @@ def _cameras(folder: Path) -> list[Kind]:
     yaml, photo = folder / "camera_info.yaml", folder / "photo.png"
     write_camera(yaml, nominal_camera())
     cv2.imwrite(str(photo), np.kron(np.indices((6, 8)).sum(0) % 2, np.ones((20, 20))).astype(np.uint8) * 255)
-    return [Kind("camera", yaml, lambda: read_camera(yaml)), Kind("photograph", photo, lambda: read_gray(photo))]
+    archive, lines, sweep = folder / "camera.npz", folder / "cameras.txt", folder / "sweep.toml"
+    np.savez(archive, mtx=nominal_camera().K, dist=np.zeros(5), image_size=[1280, 720])
+    lines.write_text("# a camera\n1 OPENCV 1280 720 1002.1 1001.7 640.7 360.1 -0.1 0.05 0.001 -0.0005\n")
+    shutil.copyfile(Path(sweeps.__file__).parent / "standing.toml", sweep)
+    return [
+        Kind("camera", yaml, lambda: read_camera(yaml)),
+        Kind("camera of NumPy", archive, lambda: read_camera(archive)),
+        Kind("camera of COLMAP", lines, lambda: read_camera(lines)),
+        Kind("photograph", photo, lambda: read_gray(photo)),
+        Kind("sweep", sweep, lambda: read_sweep(sweep)),
+    ]
 
 
 def _imports(folder: Path) -> list[Kind]:

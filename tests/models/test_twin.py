@@ -97,6 +97,12 @@ def test_effects_that_no_bench_can_have_are_refused_by_name() -> None:
         rebuild(twin(TwinEffect("backlash", 9, None, {"width_rad": 0.1})))
 
 
+def test_an_effect_that_stands_twice_at_one_joint_is_refused_by_name() -> None:
+    gap = TwinEffect("backlash", 2, None, {"width_rad": 0.02})
+    with pytest.raises(InputError, match="stands twice at one place, give it once"):
+        rebuild(twin(gap, gap))
+
+
 def test_an_effect_of_which_no_arm_can_be_compiled_is_refused_by_name(monkeypatch: pytest.MonkeyPatch) -> None:
     def inject(world: World, parameters: object, site: object) -> World:
         return world.with_mechanism(turn_the_range_round)
