@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from armtwin.calib.arm.calibration import ArmCalibration
     from armtwin.calib.camera.fit import CameraCalibration
     from armtwin.calib.diagnosis.diagnosis import Diagnosis
+    from armtwin.calib.motion.diagnosis import MotionDiagnosis
     from armtwin.models.bench import Bench, BenchDescription, Frame
     from armtwin.models.errors import ArmtwinError, InputError, JobError, RecordingError
     from armtwin.models.export.held import Held
@@ -35,7 +36,9 @@ if TYPE_CHECKING:
     from armtwin.models.importers.mcap_bag import read_mcap
     from armtwin.models.importers.sage import read_sage
     from armtwin.models.importers.writing import write_import
+    from armtwin.models.moving_twin import MovingTwin
     from armtwin.models.plan import Plan
+    from armtwin.models.recordings.moving import ModelArm, MovingRecording
     from armtwin.models.recordings.recording import Recording
     from armtwin.models.twin import Twin
     from armtwin.models.wanted_path import WantedPath
@@ -55,6 +58,7 @@ if TYPE_CHECKING:
     )
     from armtwin.scenarios.report.data import RunData
     from armtwin.scenarios.twins.correction import Correction
+    from armtwin.sim.motion.export import MovingHeld
 
 _PLACES = {
     "ArmCalibration": "calib.arm.calibration",
@@ -64,6 +68,10 @@ _PLACES = {
     **dict.fromkeys(("ArmtwinError", "InputError", "JobError", "RecordingError"), "models.errors"),
     "Recording": "models.recordings.recording",
     "Held": "models.export.held",
+    "MotionDiagnosis": "calib.motion.diagnosis",
+    **dict.fromkeys(("ModelArm", "MovingRecording"), "models.recordings.moving"),
+    "MovingHeld": "sim.motion.export",
+    "MovingTwin": "models.moving_twin",
     "JointLog": "models.importers.log",
     "Plan": "models.plan",
     "read_lerobot": "models.importers.lerobot",
@@ -93,6 +101,11 @@ __all__ = [
     "InputError",
     "JobError",
     "JointLog",
+    "ModelArm",
+    "MotionDiagnosis",
+    "MovingHeld",
+    "MovingRecording",
+    "MovingTwin",
     "Plan",
     "Recording",
     "RecordingError",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from armtwin.calib.motion.set_up import SetUpFault, mended
 from armtwin.calib.motion.uncertainty import deviations
 from armtwin.models.motion.loop import INDEX, neutral
 from armtwin.models.recordings.moving import MovingRecording
+from armtwin.models.tabular import html_table
 
 Array = NDArray[np.float64]
 
@@ -105,6 +106,26 @@ class MotionDiagnosis:
     def recording(self) -> MovingRecording:
         """The recording."""
         return self.arm.problem.recording
+
+    def columns(self) -> dict[str, list[Any]]:
+        """Return a row a parameter of each cause: effect, joint, parameter, value, standard deviation."""
+        rows = [(cause, name, one) for cause in self.causes for name, one in cause.parameters.items()]
+        return {
+            "effect": [cause.effect for cause, *_ in rows],
+            "joint": [cause.joint for cause, *_ in rows],
+            "parameter": [name for _, name, _ in rows],
+            "value": [one.value for *_, one in rows],
+            "std": [one.std for *_, one in rows],
+        }
+
+    def _repr_html_(self) -> str:
+        before, after = (
+            1e3 * float(np.sqrt(np.mean([getattr(one, f"{key}_rms_rad") ** 2 for one in self.held_out] or [0.0])))
+            for key in ("before", "after")
+        )
+        return html_table(
+            f"Diagnosis in motion: {self.verdict}; {before:.3g} → {after:.3g} mrad on held-out motions", self.columns()
+        )
 
 
 def diagnose_motion(recording: MovingRecording, tell: Callable[[str], None] = lambda _: None) -> MotionDiagnosis:

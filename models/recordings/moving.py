@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.models.arm import Arm
+from armtwin.models.tabular import html_table
 
 Array = NDArray[np.float64]
 
@@ -98,6 +99,26 @@ class MovingRecording:
     def motions(self) -> tuple[str, ...]:
         """The trajectories in their order."""
         return tuple(str(name) for name in self.trajectory[self.first])
+
+    def columns(self) -> dict[str, NDArray[Any]]:
+        """Return the columns of `samples.csv` by name, (N,) each, NaN where a cell is empty."""
+        joints = range(self.n_joints)
+        out: dict[str, NDArray[Any]] = {
+            "sample": np.arange(len(self)),
+            "time_s": self.time_s,
+            "trajectory": self.trajectory,
+        }
+        for kind, angles in (("cmd", self.q_cmd), ("meas", self.q_meas)):
+            out |= {f"theta{i + 1}_{kind}_rad": angles[:, i] for i in joints}
+        for ending, values in self.extras.items():
+            of_row = values.ndim == 1
+            out |= {ending: values} if of_row else {f"theta{i + 1}_{ending}": values[:, i] for i in joints}
+        rows = ("commanded_s", "payload_kg", "temperature_c")
+        return out | {name: getattr(self, name) for name in rows if getattr(self, name) is not None}
+
+    def _repr_html_(self) -> str:
+        title = f"Moving recording of '{self.arm.name}': {len(self)} rows, {len(self.motions)} motions"
+        return html_table(title, self.columns())
 
     def rows_of(self, motion: str) -> NDArray[np.intp]:
         """Return the rows of a motion."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from rich.text import Text
 
 from armtwin.calib.motion.diagnosis import MotionDiagnosis, diagnose_motion
 from armtwin.models.atomic import write_json, write_text
+from armtwin.models.recordings.moving import ModelArm
 from armtwin.models.recordings.moving_reader import read_moving
 from armtwin.scenarios.diagnosis.files import written_together
 from armtwin.scenarios.motion.notes import notes
@@ -27,11 +29,13 @@ def report_motion(folder: Path, tell: Callable[[str], None] = lambda _: None) ->
 
 
 def write_motion(folder: Path, name: str, found: MotionDiagnosis, again: Resimulated | None) -> None:
-    """Write diagnosis.json, report.html and twin.toml; all or none of them."""
+    """Write diagnosis.json, report.html and twin.toml, and the arm's model where it has one; all or none of them."""
     with written_together(folder) as aside:
         write_json(aside / "diagnosis.json", motion_table(found))
         write_text(aside / "report.html", motion_page(name, found, again))
-        write_text(aside / "twin.toml", motion_twin_text(found))
+        write_text(aside / "twin.toml", motion_twin_text(found, headline(found)))
+        if isinstance(found.recording.arm, ModelArm):  # the twin names the file beside it
+            shutil.copyfile(found.recording.arm.model, aside / found.recording.arm.model.name)
 
 
 def print_motion(console: Console, found: MotionDiagnosis, again: Resimulated | None) -> None:

@@ -8,13 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.calib.motion.diagnosis import MotionDiagnosis
-from armtwin.models.arm import Arm
-from armtwin.models.catalogue.motion_injection import MotionCause, with_causes
-from armtwin.models.catalogue.site import Site
 from armtwin.models.errors import InputError
-from armtwin.models.motion.loop import INDEX
-from armtwin.models.motion_arm import MotionArm, model_arm, planar_arm
-from armtwin.models.motion_world import Motion, ideal_motion_world
+from armtwin.models.motion_world import Motion
+from armtwin.scenarios.motion.twin import moving_twin_of
 from armtwin.sim.motion.twin import simulate_twin_motion
 
 Array = NDArray[np.float64]
@@ -40,7 +36,6 @@ def resimulated(found: MotionDiagnosis) -> Resimulated | None:
     whole = [name for name in found.problem.held_motions if found.problem.held[recording.rows_of(name)].all()]
     if not whole or found.loud:
         return None
-    zeros = np.array([model.fit.p[INDEX["zero_rad"]] for model in found.arm.joints])
     motions: list[Motion] = []
     starts: list[Array | None] = []
     measured: list[Array] = []
@@ -58,33 +53,14 @@ def resimulated(found: MotionDiagnosis) -> Resimulated | None:
         measured.append(recording.q_meas[rows])
     if not motions:
         return None
+    twin = moving_twin_of(found)
+    causes = [cause for cause in twin.causes if cause[0] not in _OF_ROWS]
+    made = [name for name, *_ in causes]
     try:
-        arm = _arm(found)
-        causes, left_out = _held(found, arm)
-        readings = simulate_twin_motion(causes, arm, motions, starts, zeros)
+        readings = simulate_twin_motion(causes, twin.arm, motions, starts, twin.zeros_rad)
     except (InputError, ValueError):  # ValueError: MuJoCo's, of what nothing can have
         return None
     gap = readings - np.concatenate(measured)
-    return Resimulated(np.sqrt(np.nanmean(gap**2, axis=0)), left_out)
-
-
-def _arm(found: MotionDiagnosis) -> MotionArm:
-    arm = found.recording.arm
-    return planar_arm(arm) if isinstance(arm, Arm) else model_arm(arm.name, arm.model, arm.joints)
-
-
-def _held(found: MotionDiagnosis, arm: MotionArm) -> tuple[list[MotionCause], tuple[str, ...]]:
-    """Return the causes that MuJoCo can be given, and the names of the others."""
-    causes: list[MotionCause] = []
-    left_out = []
-    for cause in found.causes:
-        values = {name: one.value for name, one in cause.parameters.items()}
-        tried: MotionCause = (cause.effect, Site(joint=cause.joint), values)
-        try:
-            if cause.effect in _OF_ROWS:
-                raise InputError(f"{cause.effect}: of single rows")
-            with_causes(ideal_motion_world(arm), [tried])
-            causes.append(tried)
-        except InputError:
-            left_out.append(cause.effect)
-    return causes, tuple(dict.fromkeys(left_out))
+    # An effect at two joints of which one cannot be made counts as left out as well.
+    left = [c.effect for c in found.causes if made.count(c.effect) < sum(o.effect == c.effect for o in found.causes)]
+    return Resimulated(np.sqrt(np.nanmean(gap**2, axis=0)), tuple(dict.fromkeys(left)))
