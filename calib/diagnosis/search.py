@@ -215,7 +215,7 @@ def p_value_of(data: Data, without: Fit, candidate: CandidateModel) -> float:
     left = float(candidate.fit.misfit.sum()) / free
     left = max(left, 1.0 if data.declared else (data.problem.grain_std / data.noise) ** 2)
     gain = max(without.deviance - candidate.score, 0.0) / max(left, 1e-12)
-    tries = len(candidate_sites(data, without.effects)) + 1
+    tries = max(len(candidate_sites(data, without.effects)), 1)
     smooth = _free(data, candidate.active)
     return float(min(1.0, tries * stats.f.sf(gain / smooth, smooth, free)))
 

@@ -14,6 +14,9 @@ from armtwin.models.recordings.recording import Recording
 
 Array = NDArray[np.float64]
 
+# Named by the diagnosis itself; here it only keeps what looks like it from being named in its place.
+OUT_OF_STEP = "command_shift"
+_SHIFTS = (-3, -2, -1, 1, 2, 3)
 _TO_RADIANS = np.pi / 180.0
 
 
@@ -47,7 +50,8 @@ def hypotheses(recording: Recording, found: Remainder) -> Iterator[SetUpError]:
     yield from (_exchanged(*pair) for pair in combinations(moving, 2))
     if n > 1:
         yield _absolute("q_cmd")
-    yield from (_in_degrees("q_cmd", joint) for joint in moving)
+    yield from _all_in_degrees("q_cmd", n, moving)
+    yield from (_out_of_step(rows) for rows in _SHIFTS)
     if recording.markers_px:
         seen = [name for name in recording.arm.marker_names if name in recording.markers_px]
         yield from (_markers_exchanged(*pair) for pair in combinations(seen, 2))
@@ -55,7 +59,7 @@ def hypotheses(recording: Recording, found: Remainder) -> Iterator[SetUpError]:
         return
     if n > 1:
         yield _absolute("q_meas")
-    yield from (_in_degrees("q_meas", joint) for joint in moving)
+    yield from _all_in_degrees("q_meas", n, moving)
     yield from _turned_round(recording, found)
 
 
@@ -109,21 +113,41 @@ def _absolute(what: str) -> SetUpError:
     )
 
 
-def _in_degrees(what: str, joint: int) -> SetUpError:
+def _all_in_degrees(what: str, n: int, moving: list[int]) -> Iterator[SetUpError]:
+    """Yield angles in degrees: of all joints, and of each that moves."""
+    if n > 1 and moving:
+        yield _in_degrees(what, tuple(range(n)))
+    yield from (_in_degrees(what, (joint,)) for joint in moving)
+
+
+def _in_degrees(what: str, joints: tuple[int, ...]) -> SetUpError:
     kind, column = {"q_cmd": ("commanded", "cmd"), "q_meas": ("measured", "meas")}[what]
 
     def mend(recording: Recording) -> Recording:
         angles = getattr(recording, what).copy()
-        angles[:, joint] *= _TO_RADIANS
+        angles[:, list(joints)] *= _TO_RADIANS
         return replace(recording, **{what: angles})
 
+    numbers = ", ".join(str(joint + 1) for joint in joints)
+    columns = ", ".join(f"theta{joint + 1}_{column}_deg" for joint in joints)
+    some = len(joints) > 1
     return SetUpError(
         "degrees_for_radians",
-        (joint + 1,),
-        f"the {kind} angles of joint {joint + 1} are in degrees",
-        f"name the column theta{joint + 1}_{column}_deg, or multiply it by pi/180",
+        tuple(joint + 1 for joint in joints),
+        f"the {kind} angles of joint{'s' if some else ''} {numbers} are in degrees",
+        f"name the column{'s' if some else ''} {columns}, or multiply {'them' if some else 'it'} by pi/180",
         mend,
     )
+
+
+def _out_of_step(rows: int) -> SetUpError:
+    """Pictures, or readings, that stand beside a command some rows away."""
+
+    def mend(recording: Recording) -> Recording:
+        at = np.clip(np.arange(len(recording)) + rows, 0, len(recording) - 1)
+        return replace(recording, q_cmd=recording.q_cmd[at])
+
+    return SetUpError(OUT_OF_STEP, (), f"commands and what was seen are {abs(rows)} rows out of step", "", mend)
 
 
 def _markers_exchanged(one: str, other: str) -> SetUpError:

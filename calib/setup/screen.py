@@ -8,7 +8,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.calib.setup.hypotheses import SetUpError, hypotheses
+from armtwin.calib.setup.hypotheses import OUT_OF_STEP, SetUpError, hypotheses
 from armtwin.calib.setup.remainder import Remainder, remainder_of
 from armtwin.models.recordings.recording import Recording
 
@@ -88,21 +88,26 @@ def _best(recording: Recording, found: Remainder) -> tuple[SetUpError, tuple[Set
     """Return the error without which least is left, where that is far less, and those that leave as little."""
     gross, fine = (_GROSS_MM, _FINE_MM) if recording.markers_px else (_GROSS_RAD, _FINE_RAD)
     judged = np.arange(len(recording)) % _EVERY != 0
+    every = np.ones(len(recording), dtype=bool)
     scored: list[tuple[float, SetUpError]] = []
+    turned: tuple[float, SetUpError] | None = None
     for error in hypotheses(recording, found):
         left = remainder_of(error.mend(recording))
         if error.error in _TURNS:
-            if _turns_are_plain(found, left, error.joints[0] - 1):
-                return error, ()
+            if turned is None and _turns_are_plain(found, left, error.joints[0] - 1):
+                turned = (_gain(found.spreads(every), left.spreads(every), 0.0, fine), error)
             continue
         gains = [_gain(found.spreads(rows), left.spreads(rows), gross, fine) for rows in (judged, ~judged)]
-        gain = min(gains) - max(_off_the_drawing(recording, left) - _off_the_drawing(recording, found), 0.0)
-        if gain > np.log(_BETTER):
-            scored.append((gain, error))
-    if not scored:
-        return None
+        off = _off_the_drawing(recording, left)
+        if min(gains) - max(off - _off_the_drawing(recording, found), 0.0) > np.log(_BETTER):
+            scored.append((min(gains) - off, error))
     scored.sort(key=lambda pair: -pair[0])
+    if turned is not None and (not scored or scored[0][0] < turned[0] + np.log(_BETTER)):
+        return turned[1], ()  # turns may be rare and change no median
+    if not scored or scored[0][1].error == OUT_OF_STEP:
+        return None
     most = scored[0][0]
+    scored = [pair for pair in scored if pair[1].error != OUT_OF_STEP]
     return scored[0][1], tuple(error for gain, error in scored[1:] if gain > most - np.log(_ALIKE))
 
 

@@ -183,3 +183,28 @@ def test_lengths_in_the_wrong_order_are_put_right() -> None:
     screened = screen(wrong)
     assert [error.error for error in screened.errors] == ["link_lengths_out_of_order"]
     np.testing.assert_array_equal(screened.recording.arm.link_lengths_mm, right.arm.link_lengths_mm)
+
+
+@pytest.mark.parametrize("markers", [False, True])
+@pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
+def test_commands_that_are_all_in_degrees_are_told_in_one_sentence(arm: Arm, markers: bool) -> None:
+    right = recorded(arm, markers=markers)
+    wrong = with_commands(lambda q: np.multiply(q, 180.0 / np.pi, out=q))(right)
+    assert found(wrong) == [("degrees_for_radians", tuple(range(1, arm.n_joints + 1)))]
+
+
+@pytest.mark.parametrize(("axis", "size"), [(0, 1279.0), (1, 719.0)])
+def test_a_mirror_is_named_before_joints_that_all_turn_the_other_way_from_other_zeros(axis: int, size: float) -> None:
+    right = recorded(ARMS["planar3"], markers=True, seed=3)
+    flip, shift = np.ones(2), np.zeros(2)
+    flip[axis], shift[axis] = -1.0, size
+    seen = {name: shift + pixels * flip for name, pixels in right.markers_px.items()}
+    assert found(replace(right, markers_px=seen)) == [("picture_mirrored", ())]
+
+
+@pytest.mark.parametrize("rows", [-2, 1])
+@pytest.mark.parametrize("markers", [False, True])
+@pytest.mark.parametrize("arm", ARMS.values(), ids=ARMS)
+def test_pictures_out_of_step_are_left_to_the_diagnosis(arm: Arm, markers: bool, rows: int) -> None:
+    right = recorded(arm, markers=markers, n=24)
+    assert found(replace(right, q_cmd=np.roll(right.q_cmd, rows, axis=0))) == []
