@@ -48,6 +48,7 @@ class Screen:
             np.einsum("nmdj,nmd->nj", by_joint, residual),
             np.einsum("nmdj,nmdk->njk", by_joint, by_joint),
             joint_angles(problem.context, sent),
+            0.0 if problem.is_pixels else problem.grain_std * float(np.sqrt(12.0)),
         )
         self._coupling = np.einsum("nmdg,nmdj->gnj", by_g, by_joint).reshape(by_g.shape[-1], -1)
         self._squares = float((residual * residual).sum())

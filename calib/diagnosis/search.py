@@ -20,6 +20,7 @@ from armtwin.calib.diagnosis.candidates import CandidateModel, candidate_sites, 
 from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom, excess_of, fit
 from armtwin.calib.diagnosis.noise import estimate_noise, least_noise, robust_std
 from armtwin.calib.diagnosis.problem import Problem
+from armtwin.calib.diagnosis.put_back import Mended, put_back
 from armtwin.calib.diagnosis.repairs import Repaired, is_certain, repair
 from armtwin.calib.diagnosis.replacement import Equivalents, Ranked, rescanned, settle
 from armtwin.calib.diagnosis.significance import LEVEL, of_the_grain
@@ -36,7 +37,7 @@ _FIRST_SHARE = 0.2
 _FURTHER_SHARE = 0.5
 # Beside a strong cause, a weak one is believed where it explains this share of all, or is felt by most values, not by
 # some poses alone, and leaves nothing but noise, or next to nothing of what it found.
-_LEAST_OF_ALL = 0.01
+_LEAST_OF_ALL = 0.02
 _QUIET = 1.2
 _NEXT_TO_NOTHING = 0.05
 _FELT = 0.4
@@ -110,6 +111,10 @@ def search(
     alone: Ranked | None = None
     while len(base.effects) < _MOST_EFFECTS:
         progress(f"looking for cause {len(base.effects) + 1}")
+        whole = _with_every_point(raw, base, geometric.g) if base.effects and repaired.found else None
+        if whole is not None:
+            repaired, data, base = _repaired_again(raw, repair(raw, whole), whole)
+            continue
         if base.effects and not _leaves_a_cause(data, base, geometric.g):
             break
         considered = candidates(data, base, candidate_sites(data, base.effects))
@@ -130,6 +135,10 @@ def search(
         base, equivalents = settle(data, needed, progress, alone)
     # What looked like a gross error beside a poorer model may be none beside the last.
     repaired, data, base = _repaired_again(raw, repair(raw, base), base)
+    mended = put_back(raw, Mended(repaired, data, base))
+    if mended.model is not base:
+        repaired, data, base = mended.repaired, mended.data, mended.model
+        base, equivalents = settle(data, base, progress)
     return _explanation(data, raw, base, repaired, equivalents, considered)
 
 
@@ -173,6 +182,16 @@ def _explained_without_repair(raw: Data, geometric: Fit) -> bool:
     base = fit(raw, geometric.g, ())
     ranked = candidates(raw, base, candidate_sites(raw))
     return bool(ranked) and excess_of(raw, ranked[0].fit) < _FEW_LEFT * excess_of(raw, base)
+
+
+def _with_every_point(raw: Data, base: Fit, g: Array) -> Fit | None:
+    """Return a model with one more cause that explains what looks like gross errors beside those that it has."""
+    data = replace(raw, problem=raw.problem.with_links(base.g))
+    before = fit(data, base.g, base.effects)
+    chosen = _best_accepted(data, before, candidates(data, before, candidate_sites(data, base.effects)), g)
+    if chosen is None or excess_of(data, chosen.fit) > _FEW_LEFT * excess_of(data, before):
+        return None
+    return chosen.fit
 
 
 def _cap_for(model: Fit, counts: Bool, sigma: float) -> float:

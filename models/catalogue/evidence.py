@@ -40,12 +40,14 @@ class View:
 class Evidence:
     """What a residual says of the joint angles: to add dq (N, n) changes the deviance by -2 pull dq + dq stiffness dq.
 
-    `pull` is (N, n) per rad, `stiffness` (N, n, n) per rad^2; `commands` (N, n) are what the present model sends, rad.
+    `pull` is (N, n) per rad, `stiffness` (N, n, n) per rad^2; `commands` (N, n) are what the present model sends, rad;
+    `grain_rad` is the step on which readings lie, 0 without.
     """
 
     pull: Array
     stiffness: Array
     commands: Array
+    grain_rad: float = 0.0
 
     def departures(self, joint: int) -> tuple[Array, Array]:
         """(N,) departures, rad, that the residual shows of joint `joint` (from 0), and their weights, 1/rad^2.

@@ -28,6 +28,8 @@ SMALLEST_STEP_RAD = 6e-4
 # A lattice has to take this much off the logarithm of a joint's likelihood, twice: about twice the logarithm of the
 # steps and origins that are looked at.
 _BEYOND_CHANCE = 40.0
+# What lies on the steps of the readings, or on finer ones, is their grain.
+_OF_THE_GRAIN = 1.2
 # Servos of one arm mostly share their step: of one that another joint has only the origin is looked for.
 _BEYOND_CHANCE_SHARED = 16.0
 # Rounding to a step scatters angles by step / sqrt(12) about a smooth curve of the command; in few poses by half of it.
@@ -74,7 +76,11 @@ def roundings(evidence: Evidence) -> list[Rounding | None]:
             q = evidence.commands[:, joint]
             departures, weights = _departures(evidence, found, joint)
             found[joint] = _rounding(
-                q, departures, weights, [r.step_rad for k, r in enumerate(found) if r is not None and k != joint]
+                evidence.grain_rad,
+                q,
+                departures,
+                weights,
+                [r.step_rad for k, r in enumerate(found) if r is not None and k != joint],
             )
     return found
 
@@ -88,7 +94,7 @@ def _departures(evidence: Evidence, found: list[Rounding | None], but: int) -> t
     return replace(evidence, pull=pull).departures(but)
 
 
-def _rounding(q: Array, departures: Array, weights: Array, others: list[float]) -> Rounding | None:
+def _rounding(grain_rad: float, q: Array, departures: Array, weights: Array, others: list[float]) -> Rounding | None:
     counted = weights > 0
     q, e, w = q[counted], departures[counted], weights[counted]
     if len(q) < 12 or np.ptp(q) == 0:
@@ -112,7 +118,9 @@ def _rounding(q: Array, departures: Array, weights: Array, others: list[float]) 
     prices = [(shared, _BEYOND_CHANCE_SHARED), (own, _BEYOND_CHANCE)]
     worth = [(gain(one) - price, one) for one, price in prices if one is not None]
     most, found = max(worth, key=lambda pair: pair[0], default=(0.0, None))
-    if found is None or most <= 0.0 or _scatter(q, e, w) < _LEAST_SCATTER * found.step_rad:
+    if found is None or most <= 0.0 or found.step_rad < _OF_THE_GRAIN * grain_rad:
+        return None
+    if _scatter(q, e, w) < _LEAST_SCATTER * found.step_rad:
         return None
     return found
 

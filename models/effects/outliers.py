@@ -38,6 +38,8 @@ _GROSS_OF_FEW = 7.5
 # hundred, taken to fall off exponentially (Laplace's) as fast as from the median to nine tenths.
 _TAIL_FROM = 0.9
 _IN_ONE_RECORDING = 0.01
+# So little is a command's border of a threshold or a lattice off, rad, by what a model knows of it.
+_HAIR_RAD = (3e-4, 2e-3)
 # Less than a tenth of a pixel is no gross error however quiet the camera: a rim's shading or a codec's block does that.
 _GROSS_PX = 0.1
 # Two detections do not fail by the same vector to within this part of its length.
@@ -66,11 +68,30 @@ def find(context: Context, view: View) -> list[tuple[Site, Array]]:
 
 
 def certain(context: Context, view: View, site: Site, values: Array) -> bool:
-    """Whether one of them lies beyond any tail of the noise; the first pose alone may tell how the bench was found."""
+    """Whether one of them lies beyond any tail of the noise; the first pose alone may tell how the bench was found.
+
+    Nor are those that a hair's breadth in a command makes up for: there a threshold or a lattice has its border.
+    """
     misfit = view.misfit(view.observed, view.predicted)
     at = values.reshape(-1, 2).astype(int)
+    at = at[[not _at_a_border(context, view, row, column) for row, column in at.tolist()]]
+    if not len(at):
+        return False
     farthest = float(np.nanmax(misfit[at[:, 0], at[:, 1]]))
     return bool(at[:, 0].any()) and farthest > _end_of_tail(misfit)
+
+
+def _at_a_border(context: Context, view: View, row: int, column: int) -> bool:
+    """Whether another command, next to the one that was sent, leads to what was seen."""
+    if view.replay is None:
+        return False
+    for joint in range(context.q_cmd.shape[1]):
+        for step in (*_HAIR_RAD, *(-hair for hair in _HAIR_RAD)):
+            commands = context.q_cmd.copy()
+            commands[row, joint] += step
+            if view.misfit(view.observed[row], view.replay(commands)[row])[column] < _CALM:
+                return True
+    return False
 
 
 def _end_of_tail(misfit: Array) -> float:

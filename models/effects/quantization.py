@@ -66,7 +66,7 @@ def _parameters(context: Context, site: Site) -> tuple[Parameter, ...]:
 
 def _starts(context: Context, site: Site, around: Array | None) -> Iterable[Array]:
     """Return one step for all joints, counted from their zeros; `_screen` finds those of each joint."""
-    if around is not None:
+    if around is not None or context.camera is None:  # of measured angles the screen sees every step
         return []
     return [np.tile([step, 0.0], context.arm.n_joints) for step in _USUAL_STEPS if step > SMALLEST_STEP_RAD]
 

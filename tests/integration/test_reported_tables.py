@@ -15,7 +15,7 @@ ENCODER_DEG = np.array(
         [78.6, 66.0, 57.0, 44.7, 36.45, 26.55, 17.25, 8.55, -0.3, -9.6],
     ]
 )
-# Angles of a hobby servo's arm (second row) and the pulses that reach them (first row, degrees nominal), there and back.
+# Angles of a hobby servo's arm (second row) and the pulses that reach them (first row, degrees), there and back.
 ELBOW_DEG = np.array(
     [
         [29.9, 56.9, 68.9, 81.1, 94.1, 107.5, 137.5, 136.3, 106.3, 92.9, 80.3, 67.3, 55.3, 27.3],
