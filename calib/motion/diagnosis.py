@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from armtwin.calib.motion.by_motion import InMotion, by_motion
 from armtwin.calib.motion.held_out import Gain, HeldOut, held_out, without_a_gain
 from armtwin.calib.motion.identify import ArmModel, identify
 from armtwin.calib.motion.joint_model import JointModel
@@ -75,6 +77,7 @@ class MotionDiagnosis:
         held_out: for each held-out motion and joint.
         gain: over all of them.
         set_up: gross errors of the set-up, which were mended first.
+        kept: what was predicted, by model and joint.
 
     """
 
@@ -85,6 +88,12 @@ class MotionDiagnosis:
     held_out: tuple[HeldOut, ...]
     gain: Gain
     set_up: tuple[SetUpFault, ...] = ()
+    kept: dict[tuple[str, int], Array] = field(default_factory=dict, repr=False)
+
+    @cached_property
+    def by_motion(self) -> tuple[InMotion, ...]:
+        """Delay, lag and friction as each motion alone has them."""
+        return by_motion(self.arm)
 
     @property
     def problem(self) -> MotionProblem:
@@ -96,7 +105,12 @@ class MotionDiagnosis:
         return np.stack([self.predicted_joint(which, joint) for joint in range(self.recording.n_joints)], axis=-1)
 
     def predicted_joint(self, which: str, joint: int) -> Array:
-        """(N,) the same of one joint (from 0)."""
+        """(N,) the same of one joint (from 0); kept, for a report asks again and again."""
+        if (which, joint) not in self.kept:
+            self.kept[which, joint] = self._predicted_joint(which, joint)
+        return self.kept[which, joint]
+
+    def _predicted_joint(self, which: str, joint: int) -> Array:
         model = self.arm.joints[joint]
         believed = model.geometric.p if joint in self.loud else model.fit.p
         p = {"nominal": neutral(), "before": model.geometric.p, "after": believed}[which]

@@ -51,7 +51,7 @@ def likeness(recording: MovingRecording, rows: NDArray[np.intp] | None = None) -
     grid = np.arange(time[0], time[-1] + step / 2, step)
     given = time if recording.commanded_s is None else np.maximum.accumulate(recording.commanded_s[chosen])
     blur = np.hanning(max(3, round(2 * _BLUR_S / step) | 1) + 2)[1:-1]
-    held = np.clip(np.searchsorted(given, grid, side="right") - 1, 0, None)
+    held = np.clip(np.searchsorted(given, grid + 1e-3 * step, side="right") - 1, 0, None)
     sent = recording.q_cmd[chosen][held]
     n = recording.n_joints
     a, b = np.zeros((n, len(grid) - 1)), np.zeros((n, len(grid) - 1))

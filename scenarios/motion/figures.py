@@ -7,15 +7,16 @@ import plotly.graph_objects as go
 from numpy.typing import NDArray
 
 from armtwin.calib.motion.diagnosis import MotionDiagnosis
+from armtwin.calib.motion.likeness import likeness
 from armtwin.scenarios.report.style import COLOURS, figure
 
 Array = NDArray[np.float64]
 
-_STRETCH_S = 6.0
+_STRETCH_S = 3.0
 # Points of a figure: more are not seen, and make the page heavy.
 _MOST_POINTS = 1500
+_MOST_LAG_S, _ALIKE = 0.4, 0.5
 _MEASURED = COLOURS["armtwin"]
-_MOST_LAG_S = 0.4
 
 
 def stretch(found: MotionDiagnosis, joint: int, *, titled: bool = True) -> go.Figure:
@@ -84,23 +85,6 @@ def error_over_time(found: MotionDiagnosis, joint: int) -> go.Figure:
     return fig
 
 
-def delay_by_correlation(found: MotionDiagnosis) -> go.Figure:
-    """Return how alike the speeds of command and measurement are, over the delay between them, joint by joint."""
-    fig = figure("delay of the measurement, ms", "correlation of the speeds", height=340)
-    step = float(np.median(np.diff(found.recording.time_s)))
-    lags = np.arange(0, max(2, round(_MOST_LAG_S / step)))
-    for joint, name in enumerate(found.recording.joint_names):
-        if not found.problem.moves(joint):
-            continue
-        series = found.problem.series[joint]
-        sent, seen = np.diff(series.sent), np.diff(series.measured)
-        values = [float(np.corrcoef(sent[: len(sent) - k], seen[k:])[0, 1]) for k in lags if np.ptp(seen[k:]) > 0]
-        fig.add_scatter(
-            x=1e3 * step * lags[: len(values)], y=values, mode="lines+markers", name=name, marker={"size": 4}
-        )
-    return fig
-
-
 def telling_rows(found: MotionDiagnosis, joint: int) -> NDArray[np.intp]:
     """Return the rows of the stretch, inside one motion, in which the two twins differ most."""
     recording = found.recording
@@ -121,6 +105,27 @@ def _left(found: MotionDiagnosis, which: str, joint: int) -> Array:
 
 def _thinned(rows: NDArray[np.intp]) -> NDArray[np.intp]:
     return rows[:: max(1, -(-len(rows) // _MOST_POINTS))]
+
+
+def what_to_see(found: MotionDiagnosis, joint: int) -> str:
+    """Return what the eye should see in a joint's stretch, in words."""
+    rows = telling_rows(found, joint)
+    before, after = (np.abs(_left(found, which, joint)[rows]) for which in ("before", "after"))
+    behind = _behind(found, joint, rows)
+    words = stretch_words(found, joint)
+    return (
+        f"{words[0].upper()}{words[1:]}, where the causes change most: the dots run {behind} the grey command; orange "
+        f"is off them by up to {np.degrees(before.max()):.2g}°, green by {np.degrees(after.max()):.2g}°."
+    )
+
+
+def _behind(found: MotionDiagnosis, joint: int, rows: NDArray[np.intp]) -> str:
+    """Say how long the readings of a stretch come after its commands."""
+    alike = likeness(found.recording, rows)
+    near = (alike.lag_s >= 0.0) & (alike.lag_s < _MOST_LAG_S)  # a swing is like itself again a period later
+    curve, lag_s = alike.correlation[joint, joint, near], alike.lag_s[near]
+    best = int(np.argmax(curve))
+    return f"about {1e3 * lag_s[best]:.0f} ms behind" if curve[best] > _ALIKE and best else "beside"
 
 
 def stretch_words(found: MotionDiagnosis, joint: int) -> str:

@@ -4,16 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 
-from armtwin.calib.motion.diagnosis import MotionDiagnosis
+from armtwin.calib.motion.diagnosis import Estimate, MotionDiagnosis
+from armtwin.scenarios.motion.words import parameter_words
 
 # Moves below this are no moves.
 _STILL_RAD = 1e-3
+# Delays of so many joints tell an order, where it is beyond so many deviations; none is known better than this.
+_LEAST_IN_TURN, _PLAINLY, _LEAST_STD_S = 3, 4.0, 2e-4
+# What is held out may be left with so many times the noise; a twin that leaves more has not got the arm.
+_LEFT = 5.0
+_WORDS = "delay, lag or friction"
 
 
 def notes(found: MotionDiagnosis) -> list[str]:
     """Say what this recording cannot tell, and what was taken for what."""
     recording = found.recording
     told = [*_clocks(found), *_ties(found), *_moves(found)]
+    if any(one.differs for one in found.by_motion):
+        told.append(in_every_motion(found))
+    told += _left(found)
     if not found.problem.has_load:
         told.append("The arm's masses are not known: what grows with the load cannot be looked for.")
     grains = found.problem.grains_rad
@@ -26,6 +35,24 @@ def notes(found: MotionDiagnosis) -> list[str]:
     return told
 
 
+def _left(found: MotionDiagnosis) -> list[str]:
+    """Say which joints the extended twin does not follow through the held-out motions."""
+    out = [
+        (one.after_rms_rad / one.noise_floor_rad, one)
+        for one in found.held_out
+        if one.joint not in found.loud and one.after_rms_rad > _LEFT * one.noise_floor_rad
+    ]
+    if not out:
+        return []
+    times, worst = max(out, key=lambda pair: pair[0])
+    names = ", ".join(dict.fromkeys(found.recording.joint_names[one.joint] for _, one in out))
+    return [
+        f"On held-out motions the extended twin leaves more than {_LEFT:g} times the noise at {names}, at worst "
+        f"{times:.0f} times ({found.recording.joint_names[worst.joint]} in {worst.trajectory}): what was named there "
+        "is not all, or not it."
+    ]
+
+
 def _clocks(found: MotionDiagnosis) -> list[str]:
     told = []
     if found.recording.clock == "synthetic":
@@ -33,8 +60,49 @@ def _clocks(found: MotionDiagnosis) -> list[str]:
             "Times were made from row numbers and a nominal rate: a delay in seconds is as true as the rate stated."
         )
     if any(cause.effect == "latency" for cause in found.causes):
-        told.append("A late command and a late clock of the readings look the same: the delay is the sum of both.")
+        told.append(
+            "A late command and a late clock of the readings look the same: the delay is the sum of both, and of a "
+            "joint that is read later than the others less by as much."
+        )
+        told += _read_in_turn(found)
     return told
+
+
+def _read_in_turn(found: MotionDiagnosis) -> list[str]:
+    """Say where delays fall from joint to joint: the joints are read one after the other."""
+    known = [(c.joint, c.parameters["delay_s"]) for c in found.causes if c.effect == "latency" and c.joint is not None]
+    known = [(joint, delay) for joint, delay in known if delay.std]
+    if len(known) < _LEAST_IN_TURN:
+        return []
+    joints, delays = np.array([j for j, _ in known], dtype=float), np.array([d.value for _, d in known])
+    weights = 1.0 / np.array([max(float(d.std or 0.0), _LEAST_STD_S) for _, d in known])
+    (slope, _), covariance = np.polyfit(joints, delays, 1, w=weights, cov="unscaled")
+    if slope > -_PLAINLY * float(np.sqrt(covariance[0, 0])):
+        return []
+    return [
+        f"The delay falls by {-1e3 * slope:.2g} ms from joint to joint: they are read one after the other, each later "
+        "in its cycle; the offset of a joint's reading is one with its latency."
+    ]
+
+
+def in_every_motion(found: MotionDiagnosis) -> str:
+    """Say whether delay, lag and friction are one number over all motions, or which are not."""
+    others = [one for one in found.by_motion if one.differs]
+    if not found.by_motion:
+        return "No delay, lag or friction was named that could be asked of each motion alone."
+    if not others:
+        return "Delay, lag and friction are the same in every motion, as far as each can tell alone."
+    told = []
+    for joint, parameter in dict.fromkeys((one.joint, one.parameter) for one in others):
+        own = [one for one in found.by_motion if (one.joint, one.parameter) == (joint, parameter)]
+        low, high = min(own, key=lambda one: one.value), max(own, key=lambda one: one.value)
+        values = [parameter_words(parameter, Estimate(one.value, None))[0] for one in (low, high)]
+        name = found.recording.joint_names[joint]
+        told.append(f"{parameter} of {name} is {values[0]} in {low.motion} and {values[1]} in {high.motion}")
+    return (
+        f"Not one number over all motions: {'; '.join(told)}. What changes with the motion is no {_WORDS} alone: "
+        "something else looks like it."
+    )
 
 
 def _ties(found: MotionDiagnosis) -> list[str]:

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from armtwin.calib.motion.diagnosis import MotionCause, MotionDiagnosis
+from markupsafe import Markup
+
+from armtwin.calib.motion.diagnosis import Estimate, MotionCause, MotionDiagnosis
 from armtwin.models.catalogue.motion_effect import motion_effect_named
 from armtwin.scenarios.motion import figures
-from armtwin.scenarios.motion.notes import notes
+from armtwin.scenarios.motion import response_figures as answers
+from armtwin.scenarios.motion.notes import in_every_motion, notes
 from armtwin.scenarios.motion.remainder import follows
 from armtwin.scenarios.motion.resimulate import Resimulated
 from armtwin.scenarios.motion.words import gain, headline, label, missed, parameter_words, what_next, where
 from armtwin.scenarios.report.page import page
-from armtwin.scenarios.report.section import Cell, Section, number, plot, plots, prose, table
+from armtwin.scenarios.report.section import Cell, Section, fold, number, plot, plots, prose, table
+
+# Frequency responses are of the joints whose causes change most.
+_MOST_RESPONSES = 2
 
 
 def motion_page(name: str, found: MotionDiagnosis, again: Resimulated | None = None) -> str:
     """Return the report's HTML."""
-    answers = [
+    figures_of_all = [
         _verdict(found),
         *((number(1e3 * value, 2, "mrad"), what) for value, what in _errors(found)),
     ]
@@ -25,11 +31,12 @@ def motion_page(name: str, found: MotionDiagnosis, again: Resimulated | None = N
         f"{set_up}{headline(found)}\n{len(recording)} rows of '{recording.arm.name}' in motion, "
         f"{recording.n_joints} joints, {len(recording.motions)} motions ({', '.join(recording.motions[:8])})."
     )
-    sections = [*_set_up(found), _causes(found), _time(found), _remainder(found), _gain(found, again), _next(found)]
+    sections = [*_set_up(found), _causes(found), _time(found), _answers(found), _remainder(found)]
+    sections += [_gain(found, again), _next(found)]
     told = notes(found)
     if told:
         sections.append(Section("notes", "What this recording cannot tell", "", tuple(prose(note) for note in told)))
-    return page(f"Diagnosis of {name}", about, answers, sections, key=("commanded", "geometry", "extended"))
+    return page(f"Diagnosis of {name}", about, figures_of_all, sections, key=("commanded", "geometry", "extended"))
 
 
 def _verdict(found: MotionDiagnosis) -> tuple[str, str]:
@@ -101,18 +108,57 @@ def _time(found: MotionDiagnosis) -> Section:
         "measured angle of the motion and was told no later one."
     )
     shown = [figures.stretch(found, joint, titled=joint != joints[0]) for joint in joints]
-    first = figures.stretch_words(found, joints[0])
-    blocks = [plot(shown[0], f"{first[0].upper()}{first[1:]}: the stretch in which the causes change most.")]
+    blocks = [plot(shown[0], figures.what_to_see(found, joints[0]))]
     if len(shown) > 1:
         blocks.append(plots(shown[1:], "The same of the other joints."))
-    blocks.append(
+    return Section("time", "How the arm moves, and how its twins do", lead, tuple(blocks))
+
+
+def _answers(found: MotionDiagnosis) -> Section:
+    """Show how the joints answer to frequencies and steps, and whether they do so in every motion."""
+    joints = _worst_first(found)
+    blocks = [
         plot(
-            figures.delay_by_correlation(found),
+            answers.delay_by_correlation(found),
             "How late the measurement follows its command: where a curve is highest. A lag makes the hill wide, a "
             "delay moves it.",
         )
+    ]
+    for joint in joints[:_MOST_RESPONSES]:
+        shown = answers.frequency_response(found, joint)
+        if shown:
+            blocks.append(
+                plots(
+                    shown,
+                    "Swings of the command by their size, the extended twin dotted. A delay is level over frequency "
+                    "and one for all sizes; a lag bends the gain down; friction and play weaken small swings, a speed "
+                    "limit large ones. Where the coherence falls, something else than the command moves the joint.",
+                )
+            )
+    steps = [fig for joint in joints if (fig := answers.step_responses(found, joint)) is not None]
+    if steps:
+        caption = (
+            "Steps laid over one another, as shares of each. Until a curve leaves zero nothing has arrived; curves of "
+            "large steps behind those of small ones show a speed limit, those that end short a stop or friction."
+        )
+        blocks.append(plots(steps, caption) if len(steps) > 1 else plot(steps[0], caption))
+    if found.by_motion:
+        blocks.append(_by_motion(found))
+    return Section("answers", "How the joints answer", in_every_motion(found), tuple(blocks))
+
+
+def _by_motion(found: MotionDiagnosis) -> Markup:
+    rows: list[list[Cell]] = []
+    for one in found.by_motion:
+        value, _ = parameter_words(one.parameter, Estimate(one.value, None))
+        over_all, _ = parameter_words(one.parameter, Estimate(one.over_all, None))
+        name = found.recording.joint_names[one.joint]
+        rows.append([name, one.parameter, one.motion, value, over_all, "another" if one.differs else "the same"])
+    caption = "Each number asked of one motion alone, all else as found; 'another' is beyond four deviations and 15 %."
+    return fold(
+        "Delay, lag and friction of every motion",
+        [table(["joint", "parameter", "motion", "alone", "all", ""], rows, caption)],
     )
-    return Section("time", "How the arm moves, and how its twins do", lead, tuple(blocks))
 
 
 def _remainder(found: MotionDiagnosis) -> Section:

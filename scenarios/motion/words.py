@@ -27,7 +27,7 @@ def label(found: MotionDiagnosis, cause: MotionCause) -> str:
 
 def headline(found: MotionDiagnosis) -> str:
     """Return the verdict in one sentence."""
-    named = ", ".join(label(found, cause) for cause in found.causes)
+    named = by_joint(found)
     if found.verdict == "none":
         return "Nothing is wrong beyond the noise: the nominal servo moves as the recording says."
     if found.verdict == "named":
@@ -41,6 +41,14 @@ def headline(found: MotionDiagnosis) -> str:
     at = f"joint{'s' if len(found.loud) > 1 else ''} {joints}"
     text = f"What remains at {at} is more than the noise, and no known effect explains it"
     return text + (f"; found besides: {named}." if named else ".")
+
+
+def by_joint(found: MotionDiagnosis) -> str:
+    """Return all causes, joint by joint, the most explaining of each first."""
+    places: dict[str, list[str]] = {}
+    for cause in sorted(found.causes, key=lambda one: (one.joint or 0, -one.explained_percent)):
+        places.setdefault(where(found, cause), []).append(cause.effect)
+    return "; ".join(f"{' and '.join(names)} ({place})" for place, names in places.items())
 
 
 def gain(found: MotionDiagnosis) -> str:
@@ -76,16 +84,16 @@ def missed(found: MotionDiagnosis, again: Resimulated | None) -> str:
 
 
 def parameter_words(name: str, one: Estimate) -> tuple[str, str]:
-    """Return a parameter's value and 95 % interval as a person reads them."""
+    """Return a parameter's value, and its 95 % interval in the unit that a person reads."""
     unit = "°" if name.endswith("_rad") else " ms" if name in ("delay_s", "time_constant_s") else ""
     factor = {"°": 180.0 / np.pi, " ms": 1e3, "": 1.0}[unit]
     if name == "side":
         return ("stops growing angles" if one.value > 0 else "stops falling angles"), "–"
-    value = f"{one.value:.4g}" + (f" ({one.value * factor:.3g}{unit})" if unit else "")
+    value = f"{one.value * factor:.3g}{unit} ({one.value:.4g})" if unit else f"{one.value:.4g}"
     if one.std is None:
         return value, "–"
-    low, high = one.value - Z95 * one.std, one.value + Z95 * one.std
-    return value, f"{low:.4g} to {high:.4g}" + (f" ({low * factor:.3g} to {high * factor:.3g}{unit})" if unit else "")
+    low, high = factor * (one.value - Z95 * one.std), factor * (one.value + Z95 * one.std)
+    return value, f"{low:.3g} to {high:.3g}{unit}"
 
 
 def next_motion(found: MotionDiagnosis) -> dict[str, Any] | None:
