@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from armtwin.calib.diagnosis.candidates import fit_candidates
+from armtwin.calib.diagnosis.candidates import candidate_sites, fit_candidates
 from armtwin.calib.diagnosis.fit import Data, Fit, fit
 from armtwin.calib.diagnosis.repairs import Repaired, repair
 
@@ -42,7 +42,8 @@ def put_back(raw: Data, now: Mended) -> Mended:
         everything = replace(raw, problem=raw.problem.with_links(now.model.g))
         others = tuple(other for other in now.model.effects if other.key != active.key)
         without = fit(everything, now.model.g, others)
-        for found in fit_candidates(everything, without, [(active.effect, active.site)]):
+        alike = [pair for pair in candidate_sites(everything, others) if pair[1].joint and pair[1] == active.site]
+        for found in fit_candidates(everything, without, alike or [(active.effect, active.site)]):
             trial = _repaired(everything, found.fit)
             if trial.price(raw) < best.price(raw):
                 best = trial

@@ -82,14 +82,28 @@ def find(effect: Effect, data: Data, model: Fit, tail: bool = True) -> list[Acti
 
 
 def repair(data: Data, model: Fit) -> Repaired:
-    """Put right or leave out what is found of the repaired effects, judged by what `model` leaves of untouched data."""
+    """Put right or leave out what is found of the repaired effects, judged by what `model` leaves of untouched data.
+
+    What takes whatever is far off is not shown the poses that an effect of single samples would explain.
+    """
     found: list[Active] = []
     for effect in _found_effects():
         if effect.found is not None and effect.found.repair is not None:
-            for active in find(effect, data, model):
+            shown = _without_explained(data, model) if effect.found.last else data
+            for active in find(effect, shown, model):
                 found.append(active)
                 data = repaired(data, active)
     return Repaired(data, tuple(found))
+
+
+def _without_explained(data: Data, model: Fit) -> Data:
+    """Return the data without the rows that effects of single samples explain."""
+    counts = data.counts.copy()
+    for effect in _found_effects():
+        if effect.term is not None:
+            for active in find(effect, data, model):
+                counts[active.values.astype(int)] = False
+    return replace(data, counts=counts)
 
 
 def is_certain(untouched: Data, model: Fit, active: Active) -> bool:

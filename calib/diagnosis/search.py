@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from armtwin.calib.diagnosis.candidates import CandidateModel, candidate_sites, candidates, fit_candidates, fit_without
-from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom, excess_of, fit
+from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom, evaluate, excess_of, fit
 from armtwin.calib.diagnosis.noise import estimate_noise, least_noise, robust_std
 from armtwin.calib.diagnosis.problem import Problem
 from armtwin.calib.diagnosis.put_back import Mended, put_back
@@ -164,7 +164,27 @@ def _leaves_a_cause(data: Data, base: Fit, g: Array) -> bool:
     if not data.declared and left < _CLEARLY_QUIETER**2 * free:
         return True
     most = max(left - free, 0.0) + _CHANCE_STDS * float(np.sqrt(2.0 * free))
-    return most > min(_LEAST_OF_ALL * excess_of(data, fit(data, g, ())), _FELT * data.n_values)
+    return most > min(_LEAST_OF_ALL * min(_at_first(data, base, g), _usual_at_first(data, base)), _FELT * data.n_values)
+
+
+def _single_samples(model: Fit) -> tuple[Active, ...]:
+    return tuple(active for active in model.effects if active.effect.found is not None)
+
+
+def _at_first(data: Data, model: Fit, g: Array) -> float:
+    """Return what there was to explain but for single samples: a few far-off poses outweigh any smooth cause."""
+    return excess_of(data, fit(data, g, _single_samples(model)))
+
+
+def _usual_at_first(data: Data, model: Fit) -> float:
+    """Return the same at all poses but those that were farthest off, by the geometry that the model has."""
+    return _of_most_poses(data, evaluate(data, model.g, _single_samples(model)).misfit)
+
+
+def _of_most_poses(data: Data, misfit: Array) -> float:
+    """Sum by pose of (N, M) misfits, or of what they fell by, without the share of the poses in which it is largest."""
+    by_pose = np.sort(misfit.sum(axis=1)[data.counts.any(axis=1)])
+    return float(by_pose[: int(len(by_pose) * (1.0 - _SOME_POSES))].sum())
 
 
 def _quieter(data: Data, ranked: list[CandidateModel]) -> float | None:
@@ -274,12 +294,13 @@ def _accepted(data: Data, base: Fit, candidate: CandidateModel, g: Array) -> boo
 
 def _weighs(data: Data, model: Fit, without: Fit, g: Array) -> bool:
     """Whether one of several causes of a model is worth its name by what it gains over the model without it."""
-    by_pose = np.sort((without.misfit - model.misfit).sum(axis=1)[data.counts.any(axis=1)])
-    gain, felt = float(by_pose.sum()), float(by_pose[: int(len(by_pose) * (1.0 - _SOME_POSES))].sum())
-    at_first = excess_of(data, fit(data, g, ()))
+    fell = without.misfit - model.misfit
+    gain, felt = float(fell.sum()), _of_most_poses(data, fell)
+    if gain > _LEAST_OF_ALL * _at_first(data, model, g) or felt > _LEAST_OF_ALL * _usual_at_first(data, model):
+        return True
     reduced = float(model.misfit.sum()) / degrees_of_freedom(data, model)
     explains = reduced < _QUIET or excess_of(data, model) < _NEXT_TO_NOTHING * gain
-    return gain > _LEAST_OF_ALL * at_first or (explains and felt > _FELT * data.n_values)
+    return explains and felt > _FELT * data.n_values
 
 
 def _needed(data: Data, model: Fit) -> Fit:
@@ -300,10 +321,14 @@ def _needed(data: Data, model: Fit) -> Fit:
 
 
 def _least_without(data: Data, model: Fit, active: Active) -> Fit:
-    """Return the model without one of its effects; another one at the same joint may have a form that does for both."""
+    """Return the model without one of its effects; another one at the same joint may have a form that does for both.
+
+    So may one of the whole arm.
+    """
     best = fit_without(data, model, active)
     for other in best.effects:
-        if other.site.joint is not None and other.site == active.site:
+        whole = other.effect.where == "arm" and other.effect.is_fitted and other.effect.told is not None
+        if whole or (other.site.joint is not None and other.site == active.site):
             rest = fit(data, best.g, tuple(one for one in best.effects if one.key != other.key))
             found = fit_candidates(data, rest, [(other.effect, other.site)])
             best = min([best, *(candidate.fit for candidate in found)], key=lambda one: one.deviance)
