@@ -124,10 +124,16 @@ def trajectories_of(table: CsvTable, path: Path) -> NDArray[np.str_]:
 
 
 def write_plan(path: Path, plan: Plan) -> None:
-    """Write a plan file atomically."""
+    """Write a plan file atomically; with `time_s` where the plan has times of its own."""
+    times = [] if plan.time_s is None else [("time_s", plan.time_s)]
+    columns = [
+        *times,
+        *((f"theta{i + 1}_cmd_rad", q) for i, q in enumerate(plan.q_cmd.T)),
+        ("payload_kg", plan.payload_kg),
+    ]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["trajectory", *(f"theta{i + 1}_cmd_rad" for i in range(plan.q_cmd.shape[1])), "payload_kg"])
-    for name, q, payload in zip(plan.trajectory, plan.q_cmd, plan.payload_kg, strict=True):
-        writer.writerow([str(name), *(repr(float(angle)) for angle in q), repr(float(payload))])
+    writer.writerow(["trajectory", *(name for name, _ in columns)])
+    for row, name in enumerate(plan.trajectory):
+        writer.writerow([str(name), *(repr(float(values[row])) for _, values in columns)])
     atomic.write_text(path, out.getvalue())

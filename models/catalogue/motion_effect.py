@@ -45,6 +45,11 @@ class Slot:
     factor: float = 1.0
 
 
+# What a joint is sent through to tell causes apart: swings that grow quicker, single steps between rests, slow turns
+# there and back, and angles that are held, approached from both sides.
+MOTIONS = ("chirp", "steps", "reversals", "holds")
+
+
 @dataclass(frozen=True, kw_only=True)
 class MotionEffect:
     """One cause of error of a moving arm.
@@ -55,6 +60,7 @@ class MotionEffect:
         forms: the forms that it has, each as what it changes of a joint's loop; none for one that is found otherwise.
         further: what a form may have beyond, offered step by step once the effect was found.
         confused_with, experiment: as in `Effect`.
+        motions: which of a joint's motions show it: of `MOTIONS`.
         needs_load: it shows only where the loads are known and vary.
         injector: makes it physically; None where nothing makes it yet.
         injected: the parameters that the injector takes.
@@ -69,6 +75,7 @@ class MotionEffect:
     further: tuple[tuple[Slot, ...], ...] = ()
     confused_with: tuple[str, ...] = ()
     experiment: str = ""
+    motions: tuple[str, ...] = MOTIONS
     needs_load: bool = False
     injector: MotionInjector | None = None
     injected: tuple[Injected, ...] = ()

@@ -236,6 +236,7 @@ IN_MOTION = MotionEffect(
     forms=((Slot("width_rad", "play_rad", (0.0, 0.35), (0.003, 0.01, 0.03), 0.001),),),
     confused_with=("hysteresis", "friction", "dead_band"),
     experiment="slow reversals under load and without: play stays as wide, the band of friction follows the load",
+    motions=("reversals", "holds"),
     injector=inject_in_motion,
     injected=(Injected("width_rad", (0.0, 1.0)),),
 )

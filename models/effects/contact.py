@@ -50,6 +50,7 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=("torque_limit", "missed_command", "friction"),
     experiment="the same commands with the way free, or moved away from the stop",
+    motions=("holds", "reversals"),
     injector=inject_in_motion,
     injected=(
         Injected("stop_rad", (-7.0, 7.0)),

@@ -173,6 +173,7 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=("quantization", "friction", "missed_command"),
     experiment=EFFECT.experiment,
+    motions=("reversals", "holds"),
     injector=inject_in_motion,
     injected=(Injected("threshold_rad", (0.0, 1.0)), Injected("stops_short", (0.0, 1.0), 0.0)),
 )

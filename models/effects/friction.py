@@ -52,6 +52,7 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=("backlash", "dead_band", "hysteresis"),
     experiment="slow reversals under another load or P gain: friction's band follows them, play's does not",
+    motions=("reversals", "holds"),
     injector=inject_in_motion,
     injected=(
         Injected("coulomb_rad", (0.0, 1.0), 0.0),

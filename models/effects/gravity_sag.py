@@ -168,6 +168,7 @@ IN_MOTION = MotionEffect(
     forms=((Slot("compliance_rad_per_nm", "droop_rad_nm", (0.0, 5.0), (0.02, 0.1), 0.005),),),
     confused_with=("payload", "friction", "servo_nonlinearity"),
     experiment="holds with the arm stretched and folded, and with a known mass at the tip",
+    motions=("holds",),
     needs_load=True,
     injector=inject_in_motion,
     injected=(Injected("compliance_rad_per_nm", (0.0, 10.0)),),

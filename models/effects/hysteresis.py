@@ -190,6 +190,7 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=("backlash", "friction"),
     experiment=EFFECT.experiment,
+    motions=("reversals",),
     injector=inject_in_motion,
     injected=(Injected("lag_rad", (0.0, 0.5)), Injected("length_rad", (1e-4, 3.0))),
 )

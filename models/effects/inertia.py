@@ -35,6 +35,7 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=("servo_lag", "latency"),
     experiment="chirps and steps: an overshoot, and a phase that falls beyond a quarter turn",
+    motions=("chirp", "steps"),
     injector=inject_in_motion,
     injected=(Injected("armature_kg_m2", (0.0, 1000.0)),),
 )

@@ -188,6 +188,7 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=("thermal_drift", "missed_command"),
     experiment=EFFECT.experiment,
+    motions=("holds", "steps"),
     injector=inject_in_motion,
     injected=(Injected("jump_rad", (-np.pi, np.pi)), Injected("from_s", (-1e18, 1e18))),
 )

@@ -39,6 +39,7 @@ IN_MOTION = MotionEffect(
     forms=((Slot("delay_s", "delay_s", (0.0, 0.5), (0.01, 0.03, 0.06), 0.005),),),
     confused_with=("servo_lag", "sampling", "inertia"),
     experiment="steps between long holds: a delay shifts the answer, a lag rounds it",
+    motions=("steps", "chirp"),
     injector=inject_in_motion,
     injected=(Injected("delay_s", (0.0, 5.0)),),
 )

@@ -275,6 +275,7 @@ IN_MOTION = MotionEffect(
     where="joint",
     confused_with=EFFECT.confused_with,
     experiment=EFFECT.experiment,
+    motions=("steps",),
     injector=inject_in_motion,
     injected=(samples("samples"),),
 )

@@ -225,6 +225,7 @@ IN_MOTION = MotionEffect(
     where="joint",
     confused_with=("missed_command", "sampling"),
     experiment="the readings in question taken again",
+    motions=("holds",),
     injector=inject_in_motion,
     injected=(Injected("rate", (0.0, 1.0)), Injected("size_rad", (0.0, 3.2))),
 )

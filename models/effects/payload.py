@@ -140,6 +140,7 @@ IN_MOTION = MotionEffect(
     where="arm",
     confused_with=("gravity_sag", "torque_limit"),
     experiment=EFFECT.experiment,
+    motions=("holds",),
     needs_load=True,
     injector=inject_in_motion,
     injected=(

@@ -162,6 +162,7 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=EFFECT.confused_with,
     experiment=EFFECT.experiment,
+    motions=("reversals",),
     injector=inject_in_motion,
     injected=(Injected("step_rad", (0.0, 1.6)), Injected("origin_rad", (-1.6, 1.6), 0.0)),
 )

@@ -58,6 +58,7 @@ IN_MOTION = MotionEffect(
     where="arm",
     confused_with=("latency",),
     experiment="the same motion again, the host doing nothing else: what falls behind does it elsewhere",
+    motions=("chirp", "steps"),
     injector=inject_in_motion,
     injected=(
         Injected("from_s", (-1e18, 1e18)),

@@ -102,6 +102,7 @@ IN_MOTION = MotionEffect(
     forms=((Slot("gain", "gain", (0.3, 2.0), (1.0,), 0.005),),),
     confused_with=EFFECT.confused_with,
     experiment=EFFECT.experiment,
+    motions=("holds",),
     injector=inject_in_motion,
     injected=(Injected("gain", (0.1, 3.0)),),
 )

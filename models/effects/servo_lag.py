@@ -30,6 +30,7 @@ IN_MOTION = MotionEffect(
     forms=((Slot("time_constant_s", "time_constant_s", (0.002, 1.0), (0.03, 0.06, 0.12), 0.005),),),
     confused_with=("latency", "friction", "speed_limit"),
     experiment="steps of several sizes between holds: the lag is the same share of each",
+    motions=("steps", "chirp"),
     injector=inject_in_motion,
     injected=(Injected("time_constant_s", (0.001, 10.0)),),
 )

@@ -298,6 +298,7 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=EFFECT.confused_with,
     experiment=EFFECT.experiment,
+    motions=("holds",),
     injector=inject_in_motion,
     injected=(
         Injected("slope", (-0.9, 0.9), 0.0),

@@ -29,6 +29,7 @@ IN_MOTION = MotionEffect(
     forms=((Slot("speed_rad_s", "speed_rad_s", (0.02, 6.16), (0.5, 1.5, 3.0), 0.1),),),
     confused_with=("servo_lag", "torque_limit"),
     experiment="steps of several sizes: the time to arrive grows with the size",
+    motions=("steps",),
     injector=inject_in_motion,
     injected=(Injected("speed_rad_s", (0.001, 100.0)),),
 )

@@ -241,6 +241,7 @@ IN_MOTION = MotionEffect(
     ),
     confused_with=("joint_slip", "servo_gain"),
     experiment="one pose held now and then over a long time",
+    motions=("holds",),
     injector=inject_in_motion,
     injected=(
         Injected("drift_rad", (-1.0, 1.0), 0.0),

@@ -30,6 +30,7 @@ IN_MOTION = MotionEffect(
     forms=((Slot("torque_nm", "torque_nm", (0.001, 100.0), (), 0.05),),),
     confused_with=("speed_limit", "gravity_sag", "contact"),
     experiment="fast moves against gravity and with it, arm stretched and folded",
+    motions=("steps", "holds"),
     needs_load=True,
     injector=inject_in_motion,
     injected=(Injected("torque_nm", (0.001, 1000.0)),),

@@ -12,9 +12,10 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from armtwin.models.errors import InputError
-from armtwin.models.recordings.moving_reader import is_moving
+from armtwin.models.recordings.moving_reader import is_moving, read_moving
+from armtwin.models.recordings.moving_writer import write_moving_recording
 from armtwin.models.recordings.writer import write_recording
-from armtwin.scenarios.benches.spec import KINDS, bench_spec
+from armtwin.scenarios.benches.spec import KINDS, BenchSpec, bench_spec
 from armtwin.scenarios.closed_loop import close_loop_on, described
 from armtwin.scenarios.commands.interrupts import ended_as_by_ctrl_c
 from armtwin.scenarios.commands.outputs import only_results
@@ -22,6 +23,8 @@ from armtwin.scenarios.commands.own_effects import OwnEffects, register_own
 from armtwin.scenarios.diagnosis.measured import measured
 from armtwin.scenarios.diagnosis.pipeline import report_on, write_report
 from armtwin.scenarios.diagnosis.summary import print_summary
+from armtwin.scenarios.motion.closed_loop import close_motion_loop_on
+from armtwin.scenarios.motion.closed_loop import described as described_round
 from armtwin.scenarios.motion.pipeline import print_motion, report_motion, write_motion
 from armtwin.scenarios.motion.resimulate import resimulated
 
@@ -55,18 +58,17 @@ def diagnose_command(
 
     Writes diagnosis.json (verdict, causes with intervals, gain), report.html (one file that opens offline) and
     twin.toml (the extended twin, from which the simulated bench is rebuilt); where causes tie also
-    next_experiment.csv, the poses that tell them apart. With --bench also recording/, the experiments' poses included,
-    and experiments/, what a bench with a camera recorded.
+    next_experiment.csv, the poses (of a moving arm the motions) that tell them apart. With --bench also recording/, the
+    experiments' poses included, and experiments/, what a bench with a camera recorded.
 
     Example: armtwin diagnose out/paper/recordings/before --out diagnosed
     """
     if recording is not None and is_moving(recording):
-        if bench is not None or mend:
-            option = "--mend" if bench is None else "--bench"
+        if mend:
             raise InputError(
-                f"{option}: this is a recording of a moving arm, which is diagnosed as it stands; leave it out"
+                "--mend: gross errors of a moving arm's log are mended for its diagnosis alone; leave it out"
             )
-        _diagnose_motion(recording, out)
+        _diagnose_motion(recording, out, None if bench is None else bench_spec(bench, token=token))
         return
     where = None if bench is None else bench_spec(bench, token=token)
     register_own(effects)
@@ -102,13 +104,22 @@ def _telling() -> Iterator[Callable[[str], None]]:
         yield lambda what: progress.update(bar, description=what)
 
 
-def _diagnose_motion(recording: Path, out: Path) -> None:
-    """Diagnose a recording of a moving arm."""
+def _diagnose_motion(recording: Path, out: Path, bench: BenchSpec | None) -> None:
+    """Diagnose a recording of a moving arm; on a bench run the proposed motions, until nothing more can be told."""
     with ended_as_by_ctrl_c(), only_results(out), _telling() as tell:
-        found = report_motion(recording, tell)
+        if bench is None:
+            rounds = []
+            found = report_motion(recording, tell)
+        else:
+            rounds = close_motion_loop_on(bench, read_moving(recording), out / "experiments", tell)
+            found = rounds[-1].found
         tell("re-simulating the held-out motions with the extended twin")
         again = resimulated(found)
         tell("writing the report")
         write_motion(out, recording.resolve().name, found, again)
+        if len(rounds) > 1:
+            write_moving_recording(out / "recording", found.recording)
+    for number, one in enumerate(rounds, start=1):
+        typer.echo(described_round(number, one))
     print_motion(Console(), found, again)
     typer.echo(f"Report written to {out / 'report.html'}, diagnosis.json and twin.toml beside it")

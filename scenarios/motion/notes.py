@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from armtwin.calib.motion.diagnosis import Estimate, MotionDiagnosis
+from armtwin.calib.motion.experiment import NOT_FOLLOWED
 from armtwin.scenarios.motion.words import parameter_words
 
 # Moves below this are no moves.
 _STILL_RAD = 1e-3
 # Delays of so many joints tell an order, where it is beyond so many deviations; none is known better than this.
 _LEAST_IN_TURN, _PLAINLY, _LEAST_STD_S = 3, 4.0, 2e-4
-# What is held out may be left with so many times the noise; a twin that leaves more has not got the arm.
-_LEFT = 5.0
 _WORDS = "delay, lag or friction"
 
 
@@ -40,14 +39,14 @@ def _left(found: MotionDiagnosis) -> list[str]:
     out = [
         (one.after_rms_rad / one.noise_floor_rad, one)
         for one in found.held_out
-        if one.joint not in found.loud and one.after_rms_rad > _LEFT * one.noise_floor_rad
+        if one.joint not in found.loud and one.after_rms_rad > NOT_FOLLOWED * one.noise_floor_rad
     ]
     if not out:
         return []
     times, worst = max(out, key=lambda pair: pair[0])
     names = ", ".join(dict.fromkeys(found.recording.joint_names[one.joint] for _, one in out))
     return [
-        f"On held-out motions the extended twin leaves more than {_LEFT:g} times the noise at {names}, at worst "
+        f"On held-out motions the extended twin leaves more than {NOT_FOLLOWED:g} times the noise at {names}, at worst "
         f"{times:.0f} times ({found.recording.joint_names[worst.joint]} in {worst.trajectory}): what was named there "
         "is not all, or not it."
     ]

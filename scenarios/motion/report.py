@@ -5,13 +5,14 @@ from __future__ import annotations
 from markupsafe import Markup
 
 from armtwin.calib.motion.diagnosis import Estimate, MotionCause, MotionDiagnosis
+from armtwin.calib.motion.experiment import NextMotion
 from armtwin.models.catalogue.motion_effect import motion_effect_named
 from armtwin.scenarios.motion import figures
 from armtwin.scenarios.motion import response_figures as answers
 from armtwin.scenarios.motion.notes import in_every_motion, notes
 from armtwin.scenarios.motion.remainder import follows
 from armtwin.scenarios.motion.resimulate import Resimulated
-from armtwin.scenarios.motion.words import gain, headline, label, missed, parameter_words, what_next, where
+from armtwin.scenarios.motion.words import gain, headline, label, missed, parameter_words, ties, what_next, where
 from armtwin.scenarios.report.page import page
 from armtwin.scenarios.report.section import Cell, Section, fold, number, plot, plots, prose, table
 
@@ -19,7 +20,9 @@ from armtwin.scenarios.report.section import Cell, Section, fold, number, plot, 
 _MOST_RESPONSES = 2
 
 
-def motion_page(name: str, found: MotionDiagnosis, again: Resimulated | None = None) -> str:
+def motion_page(
+    name: str, found: MotionDiagnosis, again: Resimulated | None = None, proposed: NextMotion | None = None
+) -> str:
     """Return the report's HTML."""
     figures_of_all = [
         _verdict(found),
@@ -32,7 +35,7 @@ def motion_page(name: str, found: MotionDiagnosis, again: Resimulated | None = N
         f"{recording.n_joints} joints, {len(recording.motions)} motions ({', '.join(recording.motions[:8])})."
     )
     sections = [*_set_up(found), _causes(found), _time(found), _answers(found), _remainder(found)]
-    sections += [_gain(found, again), _next(found)]
+    sections += [_gain(found, again), _next(found, proposed)]
     told = notes(found)
     if told:
         sections.append(Section("notes", "What this recording cannot tell", "", tuple(prose(note) for note in told)))
@@ -194,8 +197,11 @@ def _gain(found: MotionDiagnosis, again: Resimulated | None) -> Section:
     return Section("gain", "What it gained", lead, (table(header, rows, caption, marked=(5,)),))
 
 
-def _next(found: MotionDiagnosis) -> Section:
-    return Section("next", "What to do now", what_next(found))
+def _next(found: MotionDiagnosis, proposed: NextMotion | None) -> Section:
+    rows: list[list[Cell]] = [list(row) for row in ties(found)]
+    caption = "What each cause looks like to an estimator, and the motion that tells them apart."
+    told = (table(["cause", "looks like", "told apart by"], rows, caption),) if rows else ()
+    return Section("next", "What to do now", what_next(found, proposed), told)
 
 
 def _worst_first(found: MotionDiagnosis) -> list[int]:

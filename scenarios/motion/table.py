@@ -8,18 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from armtwin.calib.motion.diagnosis import MotionCause, MotionDiagnosis
+from armtwin.calib.motion.experiment import NextMotion
 from armtwin.calib.motion.set_up import SetUpFault
 from armtwin.models.arm import Arm
 from armtwin.models.kinematics import marker_positions
 from armtwin.models.motion.loop import INDEX
 from armtwin.scenarios.diagnosis.table import SCHEMA
 from armtwin.scenarios.motion.remainder import follows
-from armtwin.scenarios.motion.words import next_motion
+from armtwin.scenarios.motion.words import next_table
 
 Array = NDArray[np.float64]
 
 
-def motion_table(found: MotionDiagnosis) -> dict[str, Any]:
+def motion_table(found: MotionDiagnosis, proposed: NextMotion | None = None) -> dict[str, Any]:
     """Return the content of `diagnosis.json`."""
     against = follows(found)
     return {
@@ -34,7 +35,7 @@ def motion_table(found: MotionDiagnosis) -> dict[str, Any]:
             "structured": bool(against),
             "against": against,
         },
-        "next_experiment": next_motion(found),
+        "next_experiment": next_table(proposed),
     }
 
 

@@ -7,9 +7,13 @@ from typing import Any
 import numpy as np
 
 from armtwin.calib.motion.diagnosis import Estimate, MotionCause, MotionDiagnosis
+from armtwin.calib.motion.experiment import NextMotion
 from armtwin.models.catalogue.motion_effect import motion_effect_named
 from armtwin.models.statistics import Z95
 from armtwin.scenarios.motion.resimulate import Resimulated
+
+# The motions of the proposed experiment, as a plan with times that `capture --film` executes.
+NEXT_PLAN = "next_experiment.csv"
 
 
 def where(found: MotionDiagnosis, cause: MotionCause) -> str:
@@ -96,27 +100,31 @@ def parameter_words(name: str, one: Estimate) -> tuple[str, str]:
     return value, f"{low:.3g} to {high:.3g}{unit}"
 
 
-def next_motion(found: MotionDiagnosis) -> dict[str, Any] | None:
-    """Return the motion that breaks the first tie, or None where none is needed."""
-    for cause in found.causes:
-        if cause.equivalents:
-            effect = motion_effect_named(cause.effect)
-            other = motion_effect_named(cause.equivalents[0])
-            return {
-                "trajectory": f"joint {cause.joint}: {effect.experiment}",
-                "tells_apart": [cause.effect, *cause.equivalents],
-                "why": f"{effect.name}: {effect.summary}; {other.name}: {other.summary}; these motions show both alike",
-            }
-    return None
+def next_table(proposed: NextMotion | None) -> dict[str, Any] | None:
+    """Return the proposed motions as data, or None where none are needed."""
+    if proposed is None:
+        return None
+    return {"trajectory": proposed.trajectory, "tells_apart": list(proposed.tells_apart), "why": proposed.why}
 
 
-def what_next(found: MotionDiagnosis) -> str:
+def ties(found: MotionDiagnosis) -> list[tuple[str, str, str]]:
+    """List what each cause looks like, and the motion that tells them apart: cause with its place, others, motion."""
+    return [
+        (label(found, cause), " or ".join(effect.confused_with), effect.experiment)
+        for cause in sorted(found.causes, key=lambda one: (one.joint or 0, -one.explained_percent))
+        if (effect := motion_effect_named(cause.effect)).confused_with
+    ]
+
+
+def what_next(found: MotionDiagnosis, proposed: NextMotion | None) -> str:
     """Return what to do now."""
-    motion = next_motion(found)
-    if motion is not None:
-        return f"Record next, to tell {' from '.join(motion['tells_apart'])}: {motion['trajectory']}."
+    if proposed is not None:
+        assert proposed.plan.time_s is not None
+        joints = ", ".join(map(str, proposed.joints))
+        return (
+            f"Record next ({NEXT_PLAN}, {proposed.plan.time_s[-1]:.0f} s): {proposed.trajectory}; "
+            f"for joint{'s' if len(proposed.joints) > 1 else ''} {joints}: {proposed.why}."
+        )
     if found.verdict == "none":
         return "Use the nominal servo as it is."
-    if found.verdict == "unknown":
-        return "Look at what the remainder follows, or record steps, slow reversals and holds of the joint in question."
     return "Use twin.toml: it is the arm with these causes in it."
