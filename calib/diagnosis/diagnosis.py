@@ -35,11 +35,11 @@ _HEARD = 0.95
 # No term has exactly the world's form, but a model that leaves more than this share of what there was to explain has
 # not found the cause; nor has one that leaves a lesser share that follows something, or a still lesser one, well above
 # the noise, that plainly does.
-_LEFT_SHARE = 0.1
-_FOLLOWING_SHARE = 0.035
-_PLAIN_SHARE = 0.025
-_PLAIN_NOISE = 2.0
-_PLAIN_TREND = 0.3
+LEFT_SHARE = 0.1
+FOLLOWING_SHARE = 0.035
+PLAIN_SHARE = 0.025
+PLAIN_NOISE = 2.0
+PLAIN_TREND = 0.3
 # Values beyond the number of parameters without which nothing can be decided.
 _SPARE_VALUES = 6
 
@@ -192,9 +192,9 @@ def _verdict(explanation: Explanation, after: tuple[Trend, ...], causes: tuple[N
         return "named" if causes else "none"
     before = _without_worst(explanation.geometric.misfit, explanation)
     left = max(reduced - 1.0, 0.0) / max(before - 1.0, 1e-9)
-    plain = left > _PLAIN_SHARE and reduced > _PLAIN_NOISE and any(trend.share > _PLAIN_TREND for trend in after)
-    following = left > _FOLLOWING_SHARE and bool(after)
-    if plain or following or (left > _LEFT_SHARE and reduced > loud):
+    plain = left > PLAIN_SHARE and reduced > PLAIN_NOISE and any(trend.share > PLAIN_TREND for trend in after)
+    following = left > FOLLOWING_SHARE and bool(after)
+    if plain or following or (left > LEFT_SHARE and reduced > loud):
         return "unknown"
     return "ambiguous" if any(cause.equivalents for cause in causes) else "named"
 

@@ -18,7 +18,7 @@ Equivalents = dict[Key, tuple[Active, ...]]
 
 _MOST_ATTEMPTS = 4
 # Of more ties than these the best are listed; the rest is as good as unknown.
-_MOST_EQUIVALENTS = 2
+MOST_EQUIVALENTS = 2
 # A deviance that is off by less is the same.
 _NO_DIFFERENCE = 1.0
 
@@ -63,7 +63,7 @@ def settle(
                 replaced = simplest.fit
                 break
             others = [candidate.active for candidate in ties if candidate.active.key != active.key]
-            equivalents[active.key] = tuple(others[:_MOST_EQUIVALENTS])
+            equivalents[active.key] = tuple(others[:MOST_EQUIVALENTS])
         if replaced is None:
             break
         base = replaced

@@ -33,7 +33,7 @@ Bool = NDArray[np.bool_]
 _MOST_EFFECTS = 5
 # A cause must explain this share of what is left. Of several causes the first may be one among equals; what a further
 # one explains less of than half is rather the imperfect form of those already named.
-_FIRST_SHARE = 0.2
+FIRST_SHARE = 0.2
 _FURTHER_SHARE = 0.5
 # Beside a strong cause, a weak one is believed where it explains this share of all, or is felt by most values, not by
 # some poses alone, and leaves nothing but noise, or next to nothing of what it found.
@@ -47,7 +47,7 @@ _CLEARLY_QUIETER = 0.85
 # An effect that leaves less than this share of the excess explains points that look like gross errors, too.
 _FEW_LEFT = 0.2
 # Candidates whose deviance differs by less explain the data alike: a fixed number of parameters more or less.
-_ALIKE = 4.0
+ALIKE = 4.0
 # Of fewer poses a gross error cannot be told from a curve.
 _MANY_POSES = 40
 # Standard deviations (of a deviance) that candidates may gain beyond the excess by fitting noise.
@@ -106,14 +106,14 @@ def search(
     repaired = repair(raw, geometric)
     if repaired.found and _explained_without_repair(raw, geometric):
         repaired = Repaired(raw, ())
-    repaired, data, base = _repaired_again(raw, repaired, geometric)
+    repaired, data, base = repaired_again(raw, repaired, geometric)
     considered: list[CandidateModel] = []
     alone: Ranked | None = None
     while len(base.effects) < _MOST_EFFECTS:
         progress(f"looking for cause {len(base.effects) + 1}")
         whole = _with_every_point(raw, base, geometric.g) if base.effects and repaired.found else None
         if whole is not None:
-            repaired, data, base = _repaired_again(raw, repair(raw, whole), whole)
+            repaired, data, base = repaired_again(raw, repair(raw, whole), whole)
             continue
         if base.effects and not _leaves_a_cause(data, base, geometric.g):
             break
@@ -128,13 +128,13 @@ def search(
         if chosen is None:
             break
         model = rescanned(data, chosen.fit)
-        repaired, data, base = _repaired_again(raw, repair(raw, model), model)
+        repaired, data, base = repaired_again(raw, repair(raw, model), model)
     base, equivalents = settle(data, base, progress, alone)
     needed = _needed(data, base)
     if len(needed.effects) < len(base.effects):
         base, equivalents = settle(data, needed, progress, alone)
     # What looked like a gross error beside a poorer model may be none beside the last.
-    repaired, data, base = _repaired_again(raw, repair(raw, base), base)
+    repaired, data, base = repaired_again(raw, repair(raw, base), base)
     mended = put_back(raw, Mended(repaired, data, base))
     if mended.model is not base:
         repaired, data, base = mended.repaired, mended.data, mended.model
@@ -228,7 +228,7 @@ def _refit(repaired: Repaired, base: Fit) -> tuple[Data, Fit]:
     return data, fit(data, base.g, base.effects)
 
 
-def _repaired_again(raw: Data, repaired: Repaired, model: Fit) -> tuple[Repaired, Data, Fit]:
+def repaired_again(raw: Data, repaired: Repaired, model: Fit) -> tuple[Repaired, Data, Fit]:
     """Refit to repaired data, and repair by that fit, until the same is found: errors hide behind what they distort."""
     data, base = _refit(repaired, model)
     for _ in range(_REPAIRS if repaired.found else 0):
@@ -275,7 +275,7 @@ def _best_accepted(data: Data, base: Fit, ranked: list[CandidateModel], g: Array
     left = max(1.0, float(best.fit.misfit.sum()) / degrees_of_freedom(data, best.fit))
     enough = len(data.problem.context) >= _MANY_POSES
     simpler = [c for c in ranked if enough and c.active.site == best.active.site and c.complexity < best.complexity]
-    alike = [c for c in ranked if c.score < best.score + _ALIKE * (left if c in simpler else 1.0)]
+    alike = [c for c in ranked if c.score < best.score + ALIKE * (left if c in simpler else 1.0)]
     return next((candidate for candidate in alike if _accepted(data, base, candidate, g)), None)
 
 
@@ -286,7 +286,7 @@ def _accepted(data: Data, base: Fit, candidate: CandidateModel, g: Array) -> boo
         return False
     if not base.effects:
         excess = excess_of(data, base)  # none: whatever is there lies below the noise
-        return excess > 0.0 and gain > _FIRST_SHARE * excess
+        return excess > 0.0 and gain > FIRST_SHARE * excess
     if gain <= _FURTHER_SHARE * excess_of(data, base):
         return False
     return _weighs(data, candidate.fit, base, g)
@@ -313,7 +313,7 @@ def _needed(data: Data, model: Fit) -> Fit:
             weighs = _weighs(data, model, least, model.g)
         else:
             tries = len(candidate_sites(data)) * len(model.misfit)  # at every site from any row on
-            weighs = gain > max(_FIRST_SHARE * excess_of(data, least), float(stats.chi2.isf(LEVEL / tries, 1)))
+            weighs = gain > max(FIRST_SHARE * excess_of(data, least), float(stats.chi2.isf(LEVEL / tries, 1)))
         if weighs:
             break
         model = least

@@ -11,13 +11,13 @@ if TYPE_CHECKING:
     from armtwin.calib.diagnosis.fit import Data
 
 # Below this difference of scores no two models are told apart (a Bayes factor of about 50).
-_LEAST_DIFFERENCE = 8.0
+LEAST_DIFFERENCE = 8.0
 # No term has exactly the world's form: what the best model itself fails to explain is the yardstick of any difference.
-_PART_OF_REMAINDER = 0.3
+PART_OF_REMAINDER = 0.3
 # A larger difference still tells nothing where a few poses make it (Q. Vuong's statistic, Econometrica 57, 1989) and it
 # is a small share of what either model explains.
-_VUONG = 2.0
-_SMALL_SHARE = 0.01
+VUONG = 2.0
+SMALL_SHARE = 0.01
 
 
 def _as_free(data: Data, best: CandidateModel, other: CandidateModel) -> bool:
@@ -41,11 +41,11 @@ def tied(data: Data, best: CandidateModel, other: CandidateModel, excess: float,
     independent, so the variance is that of sums over runs of poses.
     """
     difference = other.score - best.score
-    least = max(_LEAST_DIFFERENCE, _PART_OF_REMAINDER * remaining)
+    least = max(LEAST_DIFFERENCE, PART_OF_REMAINDER * remaining)
     if difference < least or (_as_free(data, best, other) and _misfit(other) - _misfit(best) < least):
         return True
     by_pose = (other.fit.misfit - best.fit.misfit).sum(axis=1)[data.counts.any(axis=1)]
     runs = max(4, int(np.sqrt(len(by_pose))))
     sums = np.array([part.sum() for part in np.array_split(by_pose, runs)])
     spread = float(sums.std(ddof=1) * np.sqrt(runs))
-    return bool(difference < _SMALL_SHARE * excess and difference < _VUONG * spread)
+    return bool(difference < SMALL_SHARE * excess and difference < VUONG * spread)

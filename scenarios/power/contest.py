@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 # Rivals that explain less than this part of what the best explains are never taken for it.
 _RIVAL_SHARE = 0.3
-_MOST_RIVALS = 8
+_MOST_RIVALS = 6
 
 Key = tuple[str, int | None, str | None]
 
@@ -41,6 +41,8 @@ class Contest:
         parameters, complexity: of each model, without the geometry.
         typical: (1 + R,) the distance to a value without the worst poses.
         untimed: whether a model needs times that the recording has not.
+        as_free: (R, R) whether two models stand at one place and have as many numbers that a gradient finds.
+        runs: (1 + R, runs) distances over runs of poses that follow one another.
         free: values less parameters. values: counted. poses: rows.
         tries: sites of the catalogue, over which the level is divided.
 
@@ -53,6 +55,8 @@ class Contest:
     complexity: Array
     typical: Array
     untimed: NDArray[np.bool_]
+    as_free: NDArray[np.bool_]
+    runs: Array
     free: int
     values: int
     poses: int
@@ -73,17 +77,16 @@ def own_models(data: Data, base: Fit, name: str, site: Site) -> list[CandidateMo
     return fit_candidates(data, base, [(effect, site)])
 
 
-def rivals_of(
-    data: Data, base: Fit, own: CandidateModel, among: list[tuple[Effect, Site]] | None
-) -> list[CandidateModel]:
-    """Fit the other effects and places, of the whole catalogue if `among` is None; keep those that come near."""
-    pairs = [
-        (effect, site)
-        for effect, site in (candidate_sites(data) if among is None else among)
-        if (effect.name, site.joint, site.marker) != own.active.key
-    ]
-    least = _RIVAL_SHARE * float(base.misfit.sum() - own.fit.misfit.sum())
-    ranked = fit_candidates(data, base, pairs)
+def least_of_rivals(base: Fit, own: CandidateModel) -> float:
+    """Return the deviance that an effect has to explain to come near the true one."""
+    return _RIVAL_SHARE * float(base.misfit.sum() - own.fit.misfit.sum())
+
+
+def rivals_of(data: Data, base: Fit, own: CandidateModel, pairs: list[tuple[Effect, Site]]) -> list[CandidateModel]:
+    """Fit other effects and places; return those that come near."""
+    others = [(effect, site) for effect, site in pairs if (effect.name, site.joint, site.marker) != own.active.key]
+    least = least_of_rivals(base, own)
+    ranked = fit_candidates(data, base, others)
     return [one for one in ranked if float(base.misfit.sum() - one.fit.misfit.sum()) > least][:_MOST_RIVALS]
 
 
@@ -92,18 +95,22 @@ def contest(data: Data, base: Fit, models: list[CandidateModel]) -> Contest:
     fits = [base, *(model.fit for model in models)]
     remainders = np.stack([one.residual[data.counts].ravel() for one in fits]) / data.noise
     context = data.problem.context
-    smooth = [
-        sum(not p.scanned for p in model.active.effect.parameters(context, model.active.site)) for model in models
-    ]
+    acting = np.array([len(m.active.effect.acting(context, m.active.site, m.active.values)) for m in models])
+    sites = [model.active.site for model in models]
+    same_site = np.array([[a == b for b in sites] for a in sites])
+    by_pose = np.stack([one.misfit.sum(axis=1)[data.counts.any(axis=1)] for one in fits])
+    runs = np.array_split(by_pose, max(4, int(np.sqrt(by_pose.shape[1]))), axis=1)
     d = data.problem.observed.shape[-1]
     return Contest(
         keys=tuple(model.active.key for model in models),
         distance=np.array([one.misfit.sum() for one in fits]),
         gram=remainders @ remainders.T,
-        parameters=np.maximum(np.array(smooth, dtype=np.int64), 1),
+        parameters=np.maximum(acting, 1),
         complexity=np.array([model.complexity for model in models]),
         typical=np.array([typical_misfit(one.misfit, data.counts, d) for one in fits]),
         untimed=np.array([model.active.effect.in_time and context.time_s is None for model in models]),
+        as_free=same_site & (acting[:, None] == acting),
+        runs=np.stack([part.sum(axis=1) for part in runs], axis=1),
         free=degrees_of_freedom(data, base),
         values=data.n_values,
         poses=len(base.misfit),

@@ -10,13 +10,14 @@ import numpy as np
 from armtwin.calib.diagnosis.candidates import CandidateModel
 from armtwin.calib.diagnosis.fit import Data, excess_of, fit
 from armtwin.calib.diagnosis.repairs import find_explained, repair
-from armtwin.calib.diagnosis.search import _FIRST_SHARE, _repaired_again, p_value_of
+from armtwin.calib.diagnosis.search import FIRST_SHARE, p_value_of, repaired_again
 from armtwin.calib.diagnosis.significance import LEVEL
 from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.catalogue.site import Site
+from armtwin.scenarios.power.arms import Arms
 from armtwin.scenarios.power.contest import base_fit
 from armtwin.scenarios.power.rule import NOTHING, Answers
-from armtwin.scenarios.power.setting import Setting, data_without_noise, with_noise
+from armtwin.scenarios.power.setting import data_without_noise, with_noise
 from armtwin.sim.sealed import Wanted, hide
 from armtwin.sim.sealed.of_size import draw_at
 
@@ -24,12 +25,12 @@ _FORMS = 4
 _NOISES = 3
 
 
-def event_answers(setting: Setting, effect: str, site: Site, size: float, rng: np.random.Generator) -> Answers:
+def event_answers(arms: Arms, effect: str, site: Site, size: float, rng: np.random.Generator) -> Answers:
     """Return what is said of recordings with an effect of single samples of a size."""
     said: Counter[str] = Counter()
     wanted = Wanted(effect, size, site)
-    for _ in range(_FORMS):
-        bench, scene = setting.bench(rng, effect)
+    for number in range(_FORMS):
+        bench, scene = arms.bench(number, effect)
         world = hide(bench, effect, (hidden := draw_at(rng, scene, wanted)), wanted.amplitude(hidden))
         clean = data_without_noise(scene, world)
         names = clean.problem.channels
@@ -47,7 +48,7 @@ def event_answers(setting: Setting, effect: str, site: Site, size: float, rng: n
 
 def _answer(raw: Data, effect: str, site: Site) -> str:
     data, base = base_fit(raw)
-    repaired, _, _ = _repaired_again(data, repair(data, base), base)
+    repaired, _, _ = repaired_again(data, repair(data, base), base)
     if effect_named(effect).found is not None and any(one.key[0] == effect for one in repaired.found):
         return "|".join(dict.fromkeys(one.key[0] for one in repaired.found))
     base = fit(repaired.data, base.g, ())
@@ -55,6 +56,6 @@ def _answer(raw: Data, effect: str, site: Site) -> str:
         model = fit(repaired.data, base.g, (found,))
         candidate = CandidateModel(found, model, 2.0 * float(np.log(len(base.misfit))) * len(found.values))
         gain = float(base.misfit.sum() - model.misfit.sum())
-        if p_value_of(repaired.data, base, candidate) < LEVEL and gain > _FIRST_SHARE * excess_of(repaired.data, base):
+        if p_value_of(repaired.data, base, candidate) < LEVEL and gain > FIRST_SHARE * excess_of(repaired.data, base):
             return found.key[0]
     return NOTHING

@@ -2,64 +2,34 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from armtwin.calib.diagnosis.candidates import CandidateModel
-from armtwin.calib.diagnosis.fit import Data, Fit
-from armtwin.models.catalogue.registry import Effect, effect_named
+from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.catalogue.site import Site
-from armtwin.scenarios.power.contest import Contest, Key, base_fit, contest, intervals, own_models, rivals_of
+from armtwin.scenarios.power.arms import Arms
+from armtwin.scenarios.power.contest import Key, intervals
 from armtwin.scenarios.power.events import event_answers
+from armtwin.scenarios.power.form import Form, Hiding, Rivals, crossing, form_of
 from armtwin.scenarios.power.rule import Answers, answers
-from armtwin.scenarios.power.setting import Setting, data_without_noise
 from armtwin.scenarios.sweeps.curve import wilson
-from armtwin.sim.sealed import Wanted, hide
-from armtwin.sim.sealed.of_size import draw_at, is_event, is_fixed, unit_of
+from armtwin.sim.sealed import Wanted
+from armtwin.sim.sealed.of_size import draw_at, is_fixed, unit_of
 
 Array = NDArray[np.float64]
 
 # Sizes at which the curve is told.
 _SIZES = 25
 _SHARES = (0.5, 0.9)
-# Deviance that a cause must explain to be found nine times of ten: its test's level and the noise's own spread.
-_AIM, _AIM_SPREADS = 40.0, 1.4
-# Sizes are looked at by this factor, until one is found and one is not.
-_STEPS, _NEAR = 3, 1.7
-_FEW_DRAWS = 100
-# An effect of single events is looked at from a noise to a hundred pixels.
-_EVENT_PX = (1.0, 100.0)
-_EVENT_SIZES = 6
-
-
-@dataclass(frozen=True, eq=False)
-class Look:
-    """A form of a fault at one size: the data without noise, their geometry, the models that could stand for it."""
-
-    size: float
-    data: Data
-    base: Fit
-    models: tuple[CandidateModel, ...]
-    contest: Contest
-
-
-@dataclass(frozen=True, eq=False)
-class Form:
-    """A form of a fault on one arm as it might be built, at rising sizes about that at which it is found."""
-
-    looks: tuple[Look, ...]
-
-    def at(self, size: float, seed: int) -> Answers:
-        """Answers at a size, from the nearest that was simulated; always by the same draws of the noise."""
-        near = self.nearest(size)
-        return answers(near.contest, size / near.size, np.random.default_rng(seed))
-
-    def nearest(self, size: float) -> Look:
-        """Return the look whose size is nearest."""
-        return min(self.looks, key=lambda look: abs(np.log(look.size / size)))
+# The curve is told from this far below the sizes that were simulated to this far above them.
+_BELOW, _ABOVE = 3.0, 1.7
+# An effect of single events is looked at from a noise to a hundred pixels, each half the way to where it is found.
+_EVENT_PX, _MOST_EVENT_PX = 1.0, 100.0
+_EVENT_SIZES = 12
 
 
 @dataclass(frozen=True)
@@ -101,20 +71,26 @@ class PlacePower:
         return self.found[0]
 
 
-def power_at(setting: Setting, effect: str, site: Site, seed: int, forms: int) -> PlacePower:
-    """Work out what the plan of a setting sees of an effect at a place."""
-    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=_spawn(effect, site)))
-    _, scene = setting.bench(rng, effect)
-    hidden = draw_at(rng, scene, Wanted(effect, _EVENT_PX[0], site))
+def power_at(arms: Arms, effect: str, site: Site, forms: int, near: float | None = None) -> PlacePower:
+    """Work out what the plan of a setting sees of an effect at a place; `near` is a size at which to look first."""
+    rng = np.random.default_rng(np.random.SeedSequence(arms.seed, spawn_key=_spawn(effect, site)))
+    _, scene = arms.bench(0, effect)
+    hidden = draw_at(rng, scene, Wanted(effect, _EVENT_PX, site))
     unit = unit_of(hidden)
     said = effect_named(effect)
     if said.gauge is not None:
         return PlacePower(effect, site, unit, why_not="the geometry takes it up altogether: it is told as a gauge")
     fixed = is_fixed(effect, scene)
     if not said.is_fitted:
-        return _of_events(setting, effect, site, unit, rng, fixed)
-    rivals = _Rivals()
-    made = [one for _ in range(forms) if (one := _form(setting, effect, site, rng, rivals)) is not None]
+        return _of_events(arms, effect, site, unit, rng, fixed)
+    rivals, made, seed = Rivals(arms, effect), list[Form](), int(rng.integers(2**32))
+    for number in range(forms):
+        bench, scene = arms.bench(number, effect)
+        hiding = Hiding(effect, bench, scene, draw_at(rng, scene, Wanted(effect, _EVENT_PX, site)))
+        form = form_of(hiding, site, rivals, near, seed)
+        if form is not None:
+            made.append(form)
+            near = form.size_90 or near
     if not made:
         return PlacePower(effect, site, unit, why_not="these poses do not show it at any size that is hidden")
     if fixed:
@@ -122,70 +98,9 @@ def power_at(setting: Setting, effect: str, site: Site, seed: int, forms: int) -
     return _summed(effect, site, unit, made, hidden.most, rng)
 
 
-class _Rivals:
-    """The effects and places of the whole catalogue that come near a fault: looked for once, where it is found."""
-
-    def __init__(self) -> None:
-        self.pairs: list[tuple[Effect, Site]] | None = None
-
-    def beside(self, one: Look) -> Look:
-        """Return a look with the rivals in it."""
-        found = rivals_of(one.data, one.base, one.models[0], self.pairs)
-        if self.pairs is None:
-            self.pairs = [(model.active.effect, model.active.site) for model in found]
-        return _look(one.size, one.data, one.base, (one.models[0], *found))
-
-
-def _look(size: float, data: Data, base: Fit, models: tuple[CandidateModel, ...]) -> Look:
-    return Look(size, data, base, models, contest(data, base, list(models)))
-
-
-def _form(setting: Setting, effect: str, site: Site, rng: np.random.Generator, rivals: _Rivals) -> Form | None:
-    """Draw a form of the fault on an arm as it might be built, and look at it about the size at which it is found."""
-    bench, scene = setting.bench(rng, effect)
-    hidden = draw_at(rng, scene, Wanted(effect, _EVENT_PX[0], site))
-    seed = int(rng.integers(2**32))
-    alone: dict[float, Look | None] = {}
-
-    def look(size: float) -> Look | None:
-        if size not in alone:
-            data, base = base_fit(data_without_noise(scene, hide(bench, effect, hidden, size)))
-            own = own_models(data, base, effect, site)
-            alone[size] = _look(size, data, base, (own[0],)) if own else None
-        return alone[size]
-
-    def is_found(one: Look | None) -> bool:
-        if one is None:
-            return False
-        return answers(one.contest, 1.0, np.random.default_rng(seed), _FEW_DRAWS).found >= _SHARES[1]
-
-    first = look(hidden.start)
-    if first is None:
-        return None
-    if is_event(hidden):
-        return Form((rivals.beside(first),))
-    explained = float(first.contest.distance[0] - first.contest.distance[1])
-    aim = _AIM + float(first.contest.complexity[0]) + _AIM_SPREADS * np.sqrt(2.0 * first.contest.values)
-    size = min(hidden.start * float(np.clip(np.sqrt(aim / max(explained, 1e-9)), 0.003, 30.0)), hidden.most)
-    for _ in range(_STEPS):  # down to where it is no longer found, without rivals
-        if not is_found(look(size)):
-            break
-        size /= _NEAR
-    looks: list[Look] = []
-    for _ in range(2 * _STEPS):  # and up to where it is, with them
-        one = look(size)
-        if one is not None and (rivals.pairs is not None or is_found(one)):
-            one = rivals.beside(one)
-        looks += [] if one is None else [one]
-        if size >= hidden.most or (rivals.pairs is not None and is_found(one)):
-            break
-        size = min(size * _NEAR, hidden.most)
-    return Form(tuple(looks)) if looks else None
-
-
 def _summed(effect: str, site: Site, unit: str, forms: list[Form], most: float, rng: np.random.Generator) -> PlacePower:
     simulated = [look.size for form in forms for look in form.looks]
-    sizes = np.geomspace(min(simulated) / _NEAR**2, min(max(simulated) * _NEAR, most), _SIZES)
+    sizes = np.geomspace(min(simulated) / _BELOW, min(max(simulated) * _ABOVE, most), _SIZES)
     seed = int(rng.integers(2**32))
     told = [[form.at(float(size), seed) for form in forms] for size in sizes]
     found = np.array([np.mean([one.found for one in row]) for row in told])
@@ -234,17 +149,26 @@ def _of_one_size(effect: str, site: Site, forms: list[Form], rng: np.random.Gene
     )
 
 
-def _of_events(
-    setting: Setting, effect: str, site: Site, unit: str, rng: np.random.Generator, fixed: bool
-) -> PlacePower:
+def _of_events(arms: Arms, effect: str, site: Site, unit: str, rng: np.random.Generator, fixed: bool) -> PlacePower:
     """Return the same for what is found sample by sample: the diagnosis' own finders on draws of the noise."""
-    sizes = np.ones(1) if fixed else np.geomspace(*_EVENT_PX, _EVENT_SIZES)
-    told = [event_answers(setting, effect, site, float(size), rng) for size in sizes]
-    bands = [wilson(one.said[effect], sum(one.said.values())) for one in told]
-    found = np.array([one.found for one in told])
+    told: dict[float, Answers] = {}
+
+    def is_found(size: float) -> bool:
+        told[size] = event_answers(arms, effect, site, size, rng)
+        return told[size].found >= _SHARES[1]
+
+    if fixed:
+        is_found(1.0)
+    else:
+        bisect_left(np.geomspace(arms.setting.noise_px, _MOST_EVENT_PX, _EVENT_SIZES).tolist(), True, key=is_found)
+    told = dict(sorted(told.items()))
+    sizes = np.array(list(told))
+    bands = [wilson(one.said[effect], sum(one.said.values())) for one in told.values()]
+    found = np.array([one.found for one in told.values()])
     size_50, size_90 = (None if fixed else crossing(sizes, found, share) for share in _SHARES)
     below = max((k for k, size in enumerate(sizes) if size < (size_90 or np.inf)), default=0)
-    total = sum(told[below].said.values())
+    said = told[float(sizes[below])].said
+    total = sum(said.values())
     return PlacePower(
         effect=effect,
         site=site,
@@ -255,21 +179,9 @@ def _of_events(
         high=tuple(high for _, high in bands),
         size_50=size_50,
         size_90=size_90,
-        taken_for={name: count / total for name, count in told[below].said.most_common()},
+        taken_for={name: count / total for name, count in said.most_common()},
         fixed=fixed,
     )
-
-
-def crossing(sizes: Array, found: Array, share: float) -> float | None:
-    """Return the size at which a rising curve reaches a share, between two sizes by their logarithms."""
-    above = np.flatnonzero(found >= share)
-    if not len(above):
-        return None
-    k = int(above[0])
-    if k == 0:
-        return float(sizes[0])
-    part = (share - found[k - 1]) / (found[k] - found[k - 1])
-    return float(np.exp((1 - part) * np.log(sizes[k - 1]) + part * np.log(sizes[k])))
 
 
 def _spawn(effect: str, site: Site) -> tuple[int, ...]:

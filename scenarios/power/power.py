@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
+from uuid import uuid4
 
 import numpy as np
 
-from armtwin.calib.diagnosis.ties import _SMALL_SHARE
+from armtwin.calib.diagnosis.ties import SMALL_SHARE
 from armtwin.models.catalogue.site import Site
-from armtwin.scenarios.power.place import PlacePower, crossing, power_at
+from armtwin.scenarios.power.arms import Arms
+from armtwin.scenarios.power.form import crossing
+from armtwin.scenarios.power.place import PlacePower, power_at
 from armtwin.scenarios.power.setting import Setting
 from armtwin.scenarios.power.words import label
 from armtwin.scenarios.scoring.pool import in_processes
@@ -21,15 +24,17 @@ SCHEMA = "armtwin.power/1"
 FORMS = 3
 # Draws after which every place where an effect is hidden has come up.
 _PLACE_DRAWS = 60
+# The arms of the run that this process works for.
+_ARMS: dict[str, Arms] = {}
 
 
 @dataclass(frozen=True)
 class Task:
-    """One effect at one place of a setting."""
+    """One effect, at all its places; a process keeps what it works out of the setting for all tasks of one `run`."""
 
+    run: str
     setting: Setting
     effect: str
-    site: Site
     seed: int
     forms: int
 
@@ -52,7 +57,7 @@ class Power:
             (one, label(key[0], Site(*key[1:])))
             for one in self.places
             for key, share, _ in one.rivals
-            if share < _SMALL_SHARE
+            if share < SMALL_SHARE
         )
 
 
@@ -66,31 +71,34 @@ def power(
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Power:
     """Work out what a plan can see of `effects`, by default of all; the same seed gives the same answer."""
-    tasks = [
-        (number, Task(setting, effect, site, seed, forms))
-        for number, (effect, site) in enumerate(
-            (effect, site) for effect in (effects or sealed_effects()) for site in places_of(setting, effect)
-        )
-    ]
-    done: dict[int, PlacePower] = {}
+    run = uuid4().hex
+    tasks = [(name, Task(run, setting, name, seed, forms)) for name in effects or sealed_effects()]
+    done: dict[str, list[PlacePower]] = {}
     progress(0, len(tasks))
-    for number, answer in in_processes(run_task, tasks, min(jobs, len(tasks))):
+    for name, answer in in_processes(run_task, tasks, min(jobs, len(tasks))):
         if isinstance(answer, BaseException):
             raise answer
-        done[number] = answer
+        done[name] = answer
         progress(len(done), len(tasks))
-    return Power(setting, tuple(done[number] for number in sorted(done)))
+    return Power(setting, tuple(place for name, _ in tasks for place in done[name]))
 
 
-def run_task(task: Task) -> PlacePower:
-    """Work out one place."""
-    return power_at(task.setting, task.effect, task.site, task.seed, task.forms)
+def run_task(task: Task) -> list[PlacePower]:
+    """Work out one effect at its places; where it was found at one is where it is looked at first at the next."""
+    if task.run not in _ARMS:
+        _ARMS.clear()
+        _ARMS[task.run] = Arms(task.setting, task.seed)
+    arms, told = _ARMS[task.run], list[PlacePower]()
+    for site in places_of(arms, task.effect):
+        near = told[-1].size_90 if told else None
+        told.append(power_at(arms, task.effect, site, task.forms, near))
+    return told
 
 
-def places_of(setting: Setting, effect: str) -> list[Site]:
+def places_of(arms: Arms, effect: str) -> list[Site]:
     """List the places at which an effect is hidden on the setting's arm, in order."""
     rng = np.random.default_rng(0)
-    _, scene = setting.bench(rng, effect)
+    _, scene = arms.bench(0, effect)
     drawn = {draw_at(rng, scene, Wanted(effect, 1.0)).site for _ in range(_PLACE_DRAWS)}
     return sorted(drawn, key=lambda site: (site.joint or 0, site.marker or ""))
 

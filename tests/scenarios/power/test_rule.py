@@ -1,5 +1,7 @@
 """The diagnosis' rule, played on a contest of two models whose distances are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -24,6 +26,8 @@ def _contest(explained: float, *, left: float = 0.0, rival: float | None = None,
         complexity=np.full(n, complexity),
         typical=(R * R).sum(axis=1) / values,
         untimed=np.zeros(n, dtype=bool),
+        as_free=np.eye(n, dtype=bool),
+        runs=np.tile((R * R).sum(axis=1)[:, None] / 10.0, (1, 10)),
         free=values - 10,
         values=values,
         poses=100,
@@ -64,3 +68,12 @@ def test_a_term_that_leaves_much_of_a_large_fault_makes_it_unknown() -> None:
 def test_a_complex_cause_has_to_explain_more() -> None:
     simple, complicated = (answers(_contest(60.0, complexity=c), 1.0, np.random.default_rng(2)).found for c in (7, 60))
     assert simple > complicated + 0.3
+
+
+def test_of_two_models_at_one_place_with_as_many_numbers_only_the_misfit_counts() -> None:
+    one = _contest(400.0, rival=398.0)
+    dearer = replace(one, complexity=np.array([30.0, 7.0]))
+    told = answers(dearer, 1.0, np.random.default_rng(0)).said
+    alike = answers(replace(dearer, as_free=np.ones((2, 2), dtype=bool)), 1.0, np.random.default_rng(0)).said
+    assert told.most_common(1)[0][0] == "hysteresis"
+    assert alike.most_common(1)[0][0] == "hysteresis|backlash"
