@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from armtwin.calib.diagnosis.explanation import Explanation
 from armtwin.calib.diagnosis.fit import Data, fit
-from armtwin.calib.diagnosis.search import Explanation
 
 Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]

@@ -11,18 +11,20 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from armtwin.calib.diagnosis.crossed import LEFT_IN
+from armtwin.calib.diagnosis.explanation import Cause, Explanation
 from armtwin.calib.diagnosis.fit import degrees_of_freedom
 from armtwin.calib.diagnosis.geometry import GeometryReport, geometry_report
 from armtwin.calib.diagnosis.holdout import HeldOut, every_fourth, held_out_gain, held_out_rows, held_out_trend
 from armtwin.calib.diagnosis.problem import Problem, problem_of
 from armtwin.calib.diagnosis.repairs import cost_unrepaired
-from armtwin.calib.diagnosis.search import Cause, Explanation, search
+from armtwin.calib.diagnosis.search import search
 from armtwin.calib.diagnosis.significance import loud_from, of_the_grain
 from armtwin.calib.diagnosis.structure import Trend, louder_than_noise, trends, typical_misfit
 from armtwin.calib.diagnosis.uncertainty import uncertainty
 from armtwin.calib.diagnosis.vanished import vanished
 from armtwin.models.catalogue.predict import Active
 from armtwin.models.errors import RecordingError
+from armtwin.models.recordings.part import shortened
 from armtwin.models.recordings.recording import Recording
 from armtwin.models.tabular import html_table
 
@@ -110,7 +112,11 @@ class Diagnosis:
 
 
 def diagnose(recording: Recording, progress: Callable[[str], None] = lambda _: None) -> Diagnosis:
-    """Diagnose a recording; raises `RecordingError` where it cannot decide anything, and says what is missing."""
+    """Diagnose a recording, of one of very many poses a fair part.
+
+    Raises `RecordingError` where it cannot decide anything, and says what is missing.
+    """
+    recording = shortened(recording)
     problem = problem_of(recording)
     held_rows, names, words = held_out_rows(recording)
     fit_rows = ~held_rows

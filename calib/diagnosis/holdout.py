@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from armtwin.calib.diagnosis.crossed import FEW_POSES, crossed_predictions
+from armtwin.calib.diagnosis.explanation import Explanation
 from armtwin.calib.diagnosis.fit import Data, Fit, degrees_of_freedom, fit
 from armtwin.calib.diagnosis.problem import Problem
 from armtwin.calib.diagnosis.repairs import find, repair
-from armtwin.calib.diagnosis.search import Explanation
 from armtwin.calib.diagnosis.significance import loud_from
 from armtwin.calib.diagnosis.structure import Trend, typical_misfit
 from armtwin.models.catalogue.predict import Active

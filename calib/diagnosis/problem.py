@@ -73,6 +73,10 @@ class Problem:
         n = self.context.arm.n_joints
         return Geometry(g[:2], z[:n], complex(z[n]) if len(z) > n else 0j)
 
+    def at(self, rows: NDArray[np.int64]) -> Problem:
+        """Return the problem of some rows (K,) alone."""
+        return replace(self, context=self.context.at(rows), observed=self.observed[rows])
+
     def with_links(self, g: Array) -> Problem:
         """Return the problem whose terms know the calibrated links (for torques and pivots)."""
         if not self.is_pixels:

@@ -10,8 +10,9 @@ import numpy as np
 from armtwin.calib.diagnosis.candidates import CandidateModel, candidate_sites, candidates, fit_candidates, fit_without
 from armtwin.calib.diagnosis.fit import Data, Fit, excess_of
 from armtwin.calib.diagnosis.repairs import refound
-from armtwin.calib.diagnosis.ties import tied
+from armtwin.calib.diagnosis.ties import tied, widest_tie
 from armtwin.models.catalogue.predict import Active
+from armtwin.models.catalogue.registry import Effect, Site
 
 Key = tuple[str, int | None, str | None]
 Equivalents = dict[Key, tuple[Active, ...]]
@@ -36,12 +37,25 @@ class Ranked:
         What was repaired is the same, and the links that the terms know since are so nearly the same that no deviance
         could change by as much as one: by no larger a share of it than the links did.
         """
+        return self.is_of(data) and self._changed(data) * excess_of(data, geometric) < _NO_DIFFERENCE
+
+    def is_of(self, data: Data) -> bool:
+        """Whether they were fitted to these data, but for the links that the terms know since."""
         same = data.noise == self.data.noise and np.array_equal(data.counts, self.data.counts)
-        if not same or not np.array_equal(data.problem.observed, self.data.problem.observed, equal_nan=True):
-            return False
+        return same and np.array_equal(data.problem.observed, self.data.problem.observed, equal_nan=True)
+
+    def within_reach(self, data: Data, geometric: Fit) -> list[tuple[Effect, Site]]:
+        """List the fitted effects and sites that may tie with the best once fitted with the links of `data`."""
+        if not self.candidates:
+            return []
+        excess, best = excess_of(data, geometric), self.candidates[0]
+        most = 2.0 * self._changed(data) * excess + widest_tie(excess, excess_of(self.data, best.fit))
+        near = [one.active for one in self.candidates if one.score < best.score + most]
+        return [(active.effect, active.site) for active in near if active.effect.is_fitted]
+
+    def _changed(self, data: Data) -> float:
         before, now = self.data.problem.context.links, data.problem.context.links
-        changed = float(np.abs(now - before).max() / max(float(np.abs(before).max()), 1e-12))
-        return changed * excess_of(data, geometric) < _NO_DIFFERENCE
+        return float(np.abs(now - before).max() / max(float(np.abs(before).max()), 1e-12))
 
 
 def settle(
@@ -72,7 +86,16 @@ def settle(
 
 def rescanned(data: Data, base: Fit) -> Fit:
     """Return the model with the scanned parameters of all but its last effect looked for anew, now that it is there."""
-    for active in base.effects[:-1]:
+    return _scanned_anew(data, base, base.effects[:-1])
+
+
+def rescanned_all(data: Data, base: Fit) -> Fit:
+    """Return the model with all scanned parameters looked for anew."""
+    return _scanned_anew(data, base, base.effects)
+
+
+def _scanned_anew(data: Data, base: Fit, effects: Sequence[Active]) -> Fit:
+    for active in effects:
         parameters = active.effect.parameters(data.problem.context, active.site)
         if not any(parameter.scanned for parameter in parameters):
             continue
@@ -96,6 +119,9 @@ def _ties(data: Data, base: Fit, active: Active, known: Ranked | None) -> list[C
         pairs = [*pairs, (active.effect, active.site)]
     if known is not None and not without.effects and known.holds_for(data, without):
         ranked = list(known.candidates)
+    elif known is not None and not without.effects and known.is_of(data):
+        near = [pair for pair in known.within_reach(data, without) if pair in pairs]
+        ranked = candidates(data, without, [*near, *(pair for pair in pairs[-1:] if pair not in near)])
     else:
         ranked = candidates(data, without, pairs)
     own = _own(ranked, active, base)

@@ -20,6 +20,11 @@ VUONG = 2.0
 SMALL_SHARE = 0.01
 
 
+def widest_tie(excess: float, remaining: float) -> float:
+    """Return the difference of scores beyond which nothing ties, whatever poses make it."""
+    return max(LEAST_DIFFERENCE, PART_OF_REMAINDER * remaining, SMALL_SHARE * excess)
+
+
 def _as_free(data: Data, best: CandidateModel, other: CandidateModel) -> bool:
     """Whether two have as many numbers that a gradient finds: then only the grids that were scanned differ in price.
 

@@ -57,6 +57,22 @@ class Context:
     def __len__(self) -> int:
         return len(self.q_cmd)
 
+    def at(self, rows: NDArray[np.int64]) -> Context:
+        """Return the context of some rows (K,) alone."""
+
+        def some(values: Array | None) -> Array | None:
+            return None if values is None else values[rows]
+
+        return replace(
+            self,
+            q_cmd=self.q_cmd[rows],
+            time_s=some(self.time_s),
+            trajectory=self.trajectory[rows],
+            payload_kg=self.payload_kg[rows],
+            temperature_c=some(self.temperature_c),
+            commanded_s=some(self.commanded_s),
+        )
+
     @cached_property
     def commands(self) -> CommandSeries:
         """The commands with the times at which they were given and seen: what remembers steps through them."""

@@ -60,6 +60,16 @@ def notes_on(recording: Recording) -> list[str]:
     return [*_constant(recording), *_one_sided(recording), *_coarse(recording), *_seldom_seen(recording)]
 
 
+def part_note(looked_at: int, whole: int) -> list[str]:
+    """Say of how many poses the diagnosis is, where there are more than are looked at."""
+    if looked_at == whole:
+        return []
+    return [
+        f"{looked_at} of {whole} poses were looked at, in runs spread evenly over the recording: what happened between "
+        "them alone was not seen, and a sample named here is counted among these"
+    ]
+
+
 # Markers that are missed in fewer poses than this share are as good as seen.
 _SELDOM = 0.05
 

@@ -10,9 +10,10 @@ from armtwin.calib.diagnosis.experiment import propose
 from armtwin.calib.setup.screen import screen
 from armtwin.models.atomic import write_json, write_text
 from armtwin.models.plan import write_plan
+from armtwin.models.recordings.part import shortened
 from armtwin.models.recordings.recording import Recording
 from armtwin.models.twin import write_twin
-from armtwin.scenarios.diagnosis.checks import check_recording, notes_on
+from armtwin.scenarios.diagnosis.checks import check_recording, notes_on, part_note
 from armtwin.scenarios.diagnosis.files import written_together
 from armtwin.scenarios.diagnosis.findings import twin_comment, twin_of
 from armtwin.scenarios.diagnosis.report import diagnosis_page
@@ -29,6 +30,9 @@ def report_on(recording: Recording, tell: Callable[[str], None] = lambda _: None
 
     `tell` hears what is being done. Raises `RecordingError` where nothing can be decided.
     """
+    whole = len(recording)
+    recording = shortened(recording)
+    looked_at = part_note(len(recording), whole)
     screened = screen(recording)
     recording = screened.recording
     check_recording(recording)
@@ -36,7 +40,7 @@ def report_on(recording: Recording, tell: Callable[[str], None] = lambda _: None
     tell("re-simulating the recording with the extended twin")
     again = compare(found, twin_of(found), recording)
     tell("designing the next experiment")
-    return DiagnosisReport(found, again, propose(found), notes_on(recording), screened)
+    return DiagnosisReport(found, again, propose(found), [*looked_at, *notes_on(recording)], screened)
 
 
 def write_report(folder: Path, name: str, report: DiagnosisReport) -> None:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from armtwin.calib.diagnosis.candidates import candidate_sites, fit_candidates
 from armtwin.calib.diagnosis.diagnosis import Diagnosis
-from armtwin.calib.diagnosis.fit import excess_of
+from armtwin.calib.diagnosis.fit import excess_of, fit
 
 
 @dataclass(frozen=True)
@@ -20,15 +19,21 @@ class Ranked:
 
 
 def rank_causes(diagnosis: Diagnosis) -> list[Ranked]:
-    """Return the effects that were fitted in full, by score, best first; none where there is nothing to explain."""
-    explanation = diagnosis.explanation
-    data, geometric, excess = explanation.data, explanation.geometric, explanation.excess
+    """Return the effects that were fitted in full, by score, best first; none where there is nothing to explain.
+
+    They are those of the search's first look, which of a long recording is at a part of it.
+    """
+    alone = diagnosis.explanation.alone
+    if alone is None:
+        return []
+    data = alone.data
+    excess = excess_of(data, fit(data, diagnosis.explanation.geometric.g, ()))
     if excess <= 0:
         return []
     named = {cause.active.key for cause in diagnosis.causes}
     tied = {other.key for cause in diagnosis.causes for other in cause.equivalents}
     ranked = []
-    for candidate in fit_candidates(data, geometric, candidate_sites(data)):
+    for candidate in alone.candidates:
         key = candidate.active.key
         share = 1.0 - min(excess_of(data, candidate.fit) / excess, 1.0)
         standing = "named" if key in named else "tied" if key in tied else ""

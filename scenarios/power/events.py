@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from armtwin.calib.diagnosis.acceptance import FIRST_SHARE, p_value_of
 from armtwin.calib.diagnosis.candidates import CandidateModel
 from armtwin.calib.diagnosis.fit import Data, excess_of, fit
 from armtwin.calib.diagnosis.repairs import find_explained, repair
-from armtwin.calib.diagnosis.search import FIRST_SHARE, p_value_of, repaired_again
+from armtwin.calib.diagnosis.search import repaired_again
 from armtwin.calib.diagnosis.significance import LEVEL
 from armtwin.models.catalogue.registry import effect_named
 from armtwin.models.catalogue.site import Site

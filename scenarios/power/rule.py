@@ -16,9 +16,9 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 from scipy import stats
 
+from armtwin.calib.diagnosis.acceptance import ALIKE, FIRST_SHARE
 from armtwin.calib.diagnosis.diagnosis import FOLLOWING_SHARE, LEFT_SHARE, PLAIN_NOISE, PLAIN_SHARE
 from armtwin.calib.diagnosis.replacement import MOST_EQUIVALENTS
-from armtwin.calib.diagnosis.search import ALIKE, FIRST_SHARE
 from armtwin.calib.diagnosis.significance import LEVEL, LOUD
 from armtwin.calib.diagnosis.ties import LEAST_DIFFERENCE, PART_OF_REMAINDER, SMALL_SHARE, VUONG
 from armtwin.scenarios.power.contest import Contest

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from armtwin.calib.diagnosis.explanation import Explanation
 from armtwin.calib.diagnosis.fit import Data, Fit, excess_of, fit
 from armtwin.calib.diagnosis.problem import problem_of
-from armtwin.calib.diagnosis.search import Explanation
 from armtwin.models.catalogue.predict import Active
 from armtwin.models.catalogue.registry import Site, effect_named
 from armtwin.models.recordings.recording import Recording
