@@ -198,6 +198,26 @@ class EmulatedBench:
         """Let the servos approach what they hear as fast as their data sheet says: for a film of the arm on its way."""
         self.tell("quicken")
 
+    def hold(self) -> float:
+        """Let emulated time stand until `step`, and return it, s."""
+        return float(self.tell("hold")[0])
+
+    def step(self, until_s: float, send: Callable[[], None]) -> tuple[float, bytes]:
+        """Send a command to the board that stands, and let its world run until a time, s; return it and a JPEG then.
+
+        The command arrives at the moment at which the world stood: how busy the machine is does not matter.
+        """
+        if self._pipe is None:
+            raise JobError("the emulated bench is not running")
+        self._pipe.send(("step", float(until_s)))
+        send()
+        _, seen_s, picture = self._receive(30.0)
+        return seen_s, picture
+
+    def release(self) -> None:
+        """Let emulated time run on with real time."""
+        self.tell("release")
+
     def widths_us(self) -> Array:
         """(6,) pulse widths on the servo pins now, us; NaN for a limp servo."""
         widths: Array = self.tell("widths")[0]

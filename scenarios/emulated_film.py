@@ -52,6 +52,7 @@ class Faults:
         self.delay_s = 0.0
         self.hidden: set[str] = set()
         self.payload_kg = 0.0
+        self.held = False  # emulated time is led from outside, and no stream is shown
 
 
 class Film:
@@ -72,16 +73,26 @@ class Film:
         self._light: Linear = np.empty((0, 0, 3), np.float32)
 
     def follow(self, pulse: Pulse) -> None:
-        """Take one pulse, and let the arm move until its end; a servo without pulses stays where it is."""
+        """Let the arm move until the end of a pulse, and take it; a servo without pulses stays where it is."""
+        self.advance(pulse.time_s)
         self._pulses_us[pulse.servo] = pulse.width_us
         self._angles = self._servo_map.angles_rad(self._pulses_us)
-        self.advance(pulse.time_s)
 
     def advance(self, now_s: float) -> None:
         """Let the arm move on until `now_s` of emulated time."""
         while self._emulated_s + PULSE_PERIOD_S <= now_s:
-            self._arm.drive(self._angles, PULSE_PERIOD_S)
-            self._emulated_s += PULSE_PERIOD_S
+            self._drive(PULSE_PERIOD_S)
+
+    def advance_to(self, now_s: float) -> None:
+        """Let the arm move on until `now_s` of emulated time, to a step of its physics."""
+        self.advance(now_s)
+        step_s = float(self._arm.model.opt.timestep)
+        if now_s - self._emulated_s > 0.5 * step_s:
+            self._drive(round((now_s - self._emulated_s) / step_s) * step_s)
+
+    def _drive(self, seconds: float) -> None:
+        self._arm.drive(self._angles, seconds)
+        self._emulated_s += seconds
 
     def picture(self, hidden: set[str]) -> NDArray[np.uint8]:
         """Film the arm as it stands: (H, W, 3) BGR, new noise each time."""
@@ -146,6 +157,8 @@ def _run(pipe: Connection, board: FirmwareEmulator, server: MjpegServer, scene: 
             pipe.send(_obey(pipe.recv(), board, server, faults, scene))
         due_s = max(due_s + FRAME_PERIOD_S, time.monotonic())
         scene.hang(faults.payload_kg)
+        if faults.held:
+            continue
         for pulse in board.drain():
             scene.follow(pulse)
         now_s = board.time_s
@@ -162,6 +175,15 @@ def _run(pipe: Connection, board: FirmwareEmulator, server: MjpegServer, scene: 
         while queue and queue[0][0] <= time.monotonic():
             shown = queue.popleft()[1]
             server.publish(shown)
+
+
+def _held(board: FirmwareEmulator, scene: Film, until_s: float) -> float:
+    """Let the emulated world run until a time, where it stands; return it."""
+    board.run_until(until_s)
+    for pulse in board.drain():
+        scene.follow(pulse)
+    scene.advance_to(board.time_s)
+    return board.time_s
 
 
 def _obey(
@@ -184,6 +206,16 @@ def _obey(
             faults.hidden.discard(name)
         case ("payload", float(mass)):
             faults.payload_kg = mass
+        case ("hold",):
+            faults.held = True
+            return ("done", _held(board, scene, (int(board.time_s / PULSE_PERIOD_S) + 2) * PULSE_PERIOD_S))
+        case ("step", float(until_s)):
+            board.wait_for_bytes()
+            seen_s = _held(board, scene, until_s)
+            return ("done", seen_s, to_jpeg(scene.picture(faults.hidden)))
+        case ("release",):
+            faults.held = False
+            board.run_free()
         case ("quicken",):
             scene.quicken()
         case ("drop",):

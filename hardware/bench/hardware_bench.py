@@ -143,32 +143,36 @@ class HardwareBench:
         The board goes as fast as its slew limit lets it. Raises `InputError` for a pose outside the limits or too long
         a step, before anything is sent, and `JobError` as `move` does.
         """
+        self.begin_film(q_cmd)
+        return self._filmed(time_s - time_s[0], q_cmd)
+
+    def begin_film(self, q_cmd: Array) -> None:
+        """Check (N, n) commands, rad, and go to the first of them in steps as they are allowed; raises as `film`."""
         for before, q in zip([q_cmd[0], *q_cmd], q_cmd, strict=False):
             self.setup.limits.check_pose(q, "command")
             self.setup.limits.check_step(before, q, "command")
-        self._begin(q_cmd[0])
-        return self._filmed(time_s - time_s[0], q_cmd)
-
-    def _begin(self, q: Array) -> None:
-        """Go to the first command of a film in steps as they are allowed."""
+        self._resting, q = None, q_cmd[0]
         if self._q is None:
             self.move(q)
         for pose in steps_between(self._q, q, self.setup.limits.max_step_rad) if self._q is not None else ():
             self.move(pose)
 
+    def send(self, q: Array) -> None:
+        """Give one of a film's commands, (n,) rad; raises `JobError` as `move` does."""
+        try:
+            self.link.move(self.setup.servo_map.pulses_us(q), 0.0)
+        except RefusedError:
+            self._refuse_limp(self.link.state())
+            raise
+        self._q = q
+
     def _filmed(self, after_s: Array, q_cmd: Array) -> Iterator[Frame]:
-        self._resting = None
         begun = time.monotonic()
         for wait_s, q in zip(after_s.tolist(), q_cmd, strict=True):
             time.sleep(max(0.0, begun + wait_s - time.monotonic()))
             shown = self.webcam.newest().number
             sent_s = self._sent_s = time.monotonic()
-            try:
-                self.link.move(self.setup.servo_map.pulses_us(q), 0.0)
-            except RefusedError:
-                self._refuse_limp(self.link.state())
-                raise
-            self._q = q
+            self.send(q)
             picture = self.webcam.after(shown)
             yield Frame(picture.image, picture.arrived_s - self._started_s, sent_s - self._started_s)
         self._refuse_limp(self.link.state())

@@ -181,8 +181,17 @@ static void serve_port(void) {
 // --- commands
 
 static bool paused;
+// Emulated time goes no further than this, so that what it does is independent of how busy the machine is.
+static uint64_t limit = UINT64_MAX;
+static bool held_told, heard_told;
+
+static void hold_at(uint64_t cycle) {
+  limit = cycle ? cycle : UINT64_MAX;
+  held_told = heard_told = false;
+}
 
 static void obey(const char *command) {
+  if (!strncmp(command, "until ", 6)) hold_at(strtoull(command + 6, NULL, 10));
   if (!strcmp(command, "reset")) press_reset();
   if (!strcmp(command, "pause")) paused = true;
   if (!strcmp(command, "resume")) paused = false;
@@ -269,7 +278,16 @@ int main(int count, char **arguments) {
     serve_commands();
     if (!paused) {
       serve_port();
-      if (!run_until(now() + SLICE_CYCLES)) fail("the processor stopped");
+      uint64_t end = now() + SLICE_CYCLES;
+      if (now() < limit && !run_until(end < limit ? end : limit)) fail("the processor stopped");
+      if (now() >= limit && !held_told) {
+        printf("held %llu\n", (unsigned long long)now());
+        held_told = true;
+      }
+      if (held_told && !heard_told && input_done < input_length) {
+        printf("heard\n");
+        heard_told = true;
+      }
       if (now() >= next_line) {
         printf("time %llu\n", (unsigned long long)now());
         next_line = now() + TIME_LINE_CYCLES;

@@ -6,9 +6,11 @@ The C host (`host.c`) writes one line an event on its standard output, times in 
     pulse 123456 9 24000     a pulse ended at this cycle on this Arduino pin, so many cycles long
     time 160000              every 10 ms of emulated time, pulses or none
     reset 160123             the processor was reset
+    held 320000              emulated time has come to where `until` holds it
+    heard                    bytes wait for the board, which stands there
 
-and takes `reset`, `pause`, `resume`, `unplug`, `plug` on its standard input; it ends when that closes, so it never
-outlives the program that started it.
+and takes `reset`, `pause`, `resume`, `until CYCLE` (0: no end), `unplug`, `plug` on its standard input; it ends when
+that closes, so it never outlives the program that started it.
 """
 
 from __future__ import annotations
@@ -63,6 +65,7 @@ class FirmwareEmulator:
         self._last: dict[int, Pulse] = {}
         self._time_s = 0.0
         self._resets = 0
+        self._held = self._heard = False
         self._ended = True
         self._plugged = False
         self._process: subprocess.Popen[str] | None = None
@@ -171,6 +174,29 @@ class FirmwareEmulator:
         """Let emulated time run again."""
         self._tell("resume")
 
+    def run_until(self, time_s: float) -> None:
+        """Let emulated time run until `time_s`, where it stands until the next call, and wait for that.
+
+        What happens until then is independent of how busy the machine is. Raises JobError where it does not come there.
+        """
+        self._hold_at(round(time_s * CLOCK_HZ))
+        if not self.wait_until(lambda: self._held or self._ended, START_TIMEOUT_S) or self._ended:
+            raise JobError("the emulated board did not go on; the machine is too busy, or it has ended")
+
+    def wait_for_bytes(self) -> None:
+        """Wait, emulated time held by `run_until`, until bytes wait for the board; they are heard when it goes on."""
+        if not self.wait_until(lambda: self._heard or self._ended, START_TIMEOUT_S) or self._ended:
+            raise JobError("nothing was sent to the emulated board")
+
+    def run_free(self) -> None:
+        """Let emulated time run on, in step with real time."""
+        self._hold_at(0)
+
+    def _hold_at(self, cycle: int) -> None:
+        with self._changed:
+            self._held = self._heard = False
+        self._tell(f"until {cycle}")
+
     def unplug(self) -> None:
         """Pull the data line out: the port vanishes under whoever has it open; the board keeps its power."""
         self._tell("unplug")
@@ -221,6 +247,11 @@ class FirmwareEmulator:
                 self._pulses.append(pulse)
             case ["time", cycle]:
                 self._time_s = int(cycle) / CLOCK_HZ
+            case ["held", cycle]:
+                self._time_s = int(cycle) / CLOCK_HZ
+                self._held = True
+            case ["heard"]:
+                self._heard = True
             case ["reset", _]:
                 self._resets += 1
             case ["port", device]:

@@ -23,7 +23,7 @@ from __future__ import annotations
 import contextlib
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import TypeVar
 
 import numpy as np
@@ -76,6 +76,7 @@ class ServoLink:
         self._keep_alive = keep_alive
         self._lock = threading.RLock()
         self._exchange: Exchange | None = None
+        self._quiet = False
         self._hello: Hello | None = None
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
@@ -146,6 +147,15 @@ class ServoLink:
             raise InputError(f"duration of a move: {duration_s} s is not between 0 and {MAX_DURATION_S:.0f} s")
         body = messages.move_body(int(duration_ms), self._ticks(pulses_us))
         return self._parsed(messages.parse_duration, self._ask(Request.MOVE, body))
+
+    @contextlib.contextmanager
+    def quiet(self) -> Iterator[None]:
+        """Say nothing of its own within the block; the caller has to speak more often than the board is silent."""
+        self._quiet = True
+        try:
+            yield
+        finally:
+            self._quiet = False
 
     def state(self) -> BoardState:
         """Ask for the state of the board: armed, moving, why it detached, the widths it sends."""
@@ -233,6 +243,8 @@ class ServoLink:
 
     def _stay_alive(self, period_s: float) -> None:
         while not self._closing.wait(period_s):
+            if self._quiet:
+                continue
             with contextlib.suppress(LinkError):  # the caller's next request meets the same error
                 self.state()
 

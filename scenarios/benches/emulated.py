@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Self
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,6 +18,13 @@ from armtwin.models.bench import BenchDescription, Frame
 from armtwin.models.errors import JobError
 from armtwin.scenarios.emulated_bench import EmulatedBench, emulated_setup
 from armtwin.scenarios.marker_finder import marker_finder
+
+Array = NDArray[np.float64]
+
+# A film of one command: its picture comes so long after it.
+_LAST_PICTURE_S = 0.04
+# In a longer pause a command is given again: the board lets the arm go after 2 s of silence.
+_SPEAK_S = 1.0
 
 
 class EmulatedHardwareBench:
@@ -72,10 +81,27 @@ class EmulatedHardwareBench:
         return self._connected().capture()
 
     def film(self, time_s: NDArray[np.float64], q_cmd: NDArray[np.float64]) -> Iterator[Frame]:
-        """Film as the hardware bench does."""
+        """Film as the hardware bench does, on the emulated world's own clock: a busy machine only takes longer."""
         bench = self._connected()
         self.emulator.quicken()
-        return bench.film(time_s, q_cmd)
+        bench.begin_film(q_cmd)
+        return self._filmed(bench, time_s - time_s[0], q_cmd)
+
+    def _filmed(self, bench: HardwareBench, after_s: Array, q_cmd: Array) -> Iterator[Frame]:
+        last_s = float(np.median(np.diff(after_s))) if len(after_s) > 1 else _LAST_PICTURE_S
+        # What keeps the link alive would come at another moment of the world each time; commands do as well.
+        with bench.link.quiet():
+            begun_s = self.emulator.hold()
+            try:
+                for given_s, next_s, q in zip(
+                    after_s, np.append(after_s[1:], after_s[-1] + last_s), q_cmd, strict=True
+                ):
+                    for until_s in (*np.arange(given_s + _SPEAK_S, next_s - _SPEAK_S / 2, _SPEAK_S), next_s):
+                        seen_s, jpeg = self.emulator.step(begun_s + float(until_s), partial(bench.send, q))
+                    image = cv2.imdecode(np.frombuffer(jpeg, np.uint8), cv2.IMREAD_COLOR)
+                    yield Frame(np.asarray(image, np.uint8), seen_s - begun_s, float(given_s))
+            finally:
+                self.emulator.release()
 
     def close(self) -> None:
         """Detach the servos and end the emulator; safe to call twice."""

@@ -5,6 +5,8 @@ import select
 import signal
 import subprocess
 import sys
+import threading
+import time
 from itertools import pairwise
 from pathlib import Path
 
@@ -109,3 +111,27 @@ def test_a_board_that_was_not_started_has_no_port() -> None:
 def test_a_speed_out_of_range_is_refused(speed: float) -> None:
     with pytest.raises(ValueError, match="speed"):
         FirmwareEmulator(speed=speed)
+
+
+@pytest.mark.avr
+def test_emulated_time_stands_where_it_is_held_and_what_is_sent_meanwhile_is_heard_at_that_moment(
+    board: FirmwareEmulator,
+) -> None:
+    with ServoLink(board.port) as link:
+        link.arm(HOME)
+        with link.quiet():
+            stand_s = round(board.time_s + 0.1, 2)
+            board.run_until(stand_s)
+            assert board.time_s == pytest.approx(stand_s, abs=1e-4)
+            board.drain()
+            time.sleep(0.1)
+            assert not board.drain()
+            mover = threading.Thread(target=link.move, args=([1540.0, 1500.0, 1500.0], 0.0))
+            mover.start()
+            board.wait_for_bytes()
+            board.run_until(stand_s + 0.06)
+            mover.join(PATIENCE_S)
+            widths = [pulse.width_us for pulse in board.drain() if pulse.servo == 0]
+            assert widths[-1] == pytest.approx(1540.0, abs=1.0)
+            board.run_free()
+            assert board.wait_until(lambda: board.time_s > stand_s + 0.2, PATIENCE_S)
