@@ -77,9 +77,10 @@ seal-score-moving: setup
 	$(BIN)/armtwin seal --moving --n 240 --seed $(SEED) --out out/sealed-moving-$(SEED)
 	$(BIN)/armtwin score out/sealed-moving-$(SEED)
 
-# The map in docs/explanation/power.md; hours on two cores, and a scheduler takes it to more: SCHEDULER=tcp://host:8786
+# The map in docs/explanation/power.md; hours on two cores, and a scheduler takes it to more: SCHEDULER=tcp://host:8786.
+# In pieces: `make sweep PIECE=500`, again and again.
 sweep: setup
-	$(BIN)/armtwin sweep scenarios/sweeps/standing.toml --out out/sweep $(if $(SCHEDULER),--scheduler $(SCHEDULER))
+	$(BIN)/armtwin sweep scenarios/sweeps/standing.toml --out out/sweep $(if $(SCHEDULER),--scheduler $(SCHEDULER)) $(if $(PIECE),--at-most $(PIECE))
 
 fuzz: setup $(AVR)
 	$(BIN)/python -m armtwin.hardware.emulator.fuzz --frames 10000

@@ -24,6 +24,10 @@ def sweep_command(
     workers: Annotated[
         int | None, typer.Option("--workers", min=1, max=256, help="Processes here; as many as cores unless given.")
     ] = None,
+    at_most: Annotated[
+        int | None,
+        typer.Option("--at-most", min=1, help="Make so many worlds now; the same command goes on from there."),
+    ] = None,
     with_power: Annotated[
         bool,
         typer.Option("--with-power", help="Hold armtwin power against the cells that have a plan."),
@@ -65,6 +69,7 @@ def sweep_command(
             out,
             scheduler=scheduler,
             workers=workers,
+            at_most=at_most,
             progress=lambda count, most: progress.update(bar, completed=count, total=most),
             begun=lambda page: progress.console.print(f"What runs where: {page}", markup=False),
         )

@@ -34,6 +34,7 @@ class Design:
     Attributes:
         plan: the poses, in their order.
         ratios: by fault, what it is worth over what it needs to be found in 90 of 100 as on the old plan.
+        at_half, at_twice: the same of faults half and twice as large, over what those are worth on the old plan.
         before, after: observability of the geometry by the old plan and by the new.
         path_before_mm, path_after_mm: error on the goal's path; None without one.
 
@@ -41,6 +42,8 @@ class Design:
 
     plan: Plan
     ratios: dict[str, float]
+    at_half: dict[str, float]
+    at_twice: dict[str, float]
     before: Observability
     after: Observability
     path_before_mm: float | None
@@ -72,11 +75,17 @@ def design(
         value = _soft_minimum(ground.worth(trial) / wanted)
         if value > best:
             q, best = trial, value
-    worth = ground.worth(q) / wanted
-    named = zip(ground.faults, ground.fault_rows(), strict=True)
+
+    def ratios(times: float) -> dict[str, float]:
+        worth = ground.worth(q, times) / np.maximum(ground.worth(old.q_cmd, times), 1e-9)
+        named = zip(ground.faults, ground.fault_rows(), strict=True)
+        return {fault.name: float(worth[row]) for fault, row in named}
+
     return Design(
         plan=Plan(np.full(len(q), "design"), q, np.zeros(len(q))),
-        ratios={fault.name: float(worth[row]) for fault, row in named},
+        ratios=ratios(1.0),
+        at_half=ratios(0.5),
+        at_twice=ratios(2.0),
         before=ground.indices(old.q_cmd),
         after=ground.indices(q),
         path_before_mm=ground.path_error_mm(old.q_cmd),

@@ -47,10 +47,14 @@ class Look:
 
 @dataclass(frozen=True, eq=False)
 class Form:
-    """A form of a fault on one arm as it might be built, at sizes about that at which it is found."""
+    """A form of a fault on one arm as it might be built, at sizes about that at which it is found.
+
+    It comes as often as its `weight` says among the forms of a fault.
+    """
 
     looks: tuple[Look, ...]
     size_90: float | None
+    weight: float
 
     def at(self, size: float, seed: int) -> Answers:
         """Answers at a size, from the nearest that was simulated; always by the same draws of the noise."""
@@ -86,12 +90,13 @@ class Rivals:
 
 @dataclass(frozen=True, eq=False)
 class Hiding:
-    """An effect drawn in a form, on an arm."""
+    """An effect drawn in a form, on an arm, and how often such forms come."""
 
     effect: str
     bench: World
     scene: Scene
     hidden: Hidden
+    weight: float
 
     def at(self, size: float, site: Site) -> Look | None:
         """Simulate it at a size; None where these poses do not show it."""
@@ -109,7 +114,7 @@ def form_of(hiding: Hiding, site: Site, rivals: Rivals, near: float | None, seed
     hidden = hiding.hidden
     if is_event(hidden):
         first = hiding.at(hidden.start, site)
-        return None if first is None else Form((rivals.beside(first),), None)
+        return None if first is None else Form((rivals.beside(first),), None, hiding.weight)
     one = None if near is None else hiding.at(min(near, hidden.most), site)
     if one is None:
         one = _approached(hiding, site, seed)
@@ -125,7 +130,7 @@ def form_of(hiding: Hiding, site: Site, rivals: Rivals, near: float | None, seed
         if again is None:
             break
         looks.append(rivals.beside(again))
-    return Form(tuple(looks), size_90)
+    return Form(tuple(looks), size_90, hiding.weight)
 
 
 def _approached(hiding: Hiding, site: Site, seed: int) -> Look | None:

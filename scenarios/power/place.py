@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +15,7 @@ from armtwin.scenarios.power.arms import Arms
 from armtwin.scenarios.power.contest import Key, intervals
 from armtwin.scenarios.power.events import event_answers
 from armtwin.scenarios.power.form import Form, Hiding, Rivals, crossing, form_of
+from armtwin.scenarios.power.kinds import drawn_kinds
 from armtwin.scenarios.power.rule import Answers, answers
 from armtwin.scenarios.sweeps.curve import wilson
 from armtwin.sim.sealed import Wanted
@@ -84,9 +85,8 @@ def power_at(arms: Arms, effect: str, site: Site, forms: int, near: float | None
     if not said.is_fitted:
         return _of_events(arms, effect, site, unit, rng, fixed)
     rivals, made, seed = Rivals(arms, effect), list[Form](), int(rng.integers(2**32))
-    for number in range(forms):
-        bench, scene = arms.bench(number, effect)
-        hiding = Hiding(effect, bench, scene, draw_at(rng, scene, Wanted(effect, _EVENT_PX, site)))
+    for number, (drawn, weight) in enumerate(drawn_kinds(rng, scene, effect, site, forms)):
+        hiding = Hiding(effect, *arms.bench(number, effect), drawn, weight)
         form = form_of(hiding, site, rivals, near, seed)
         if form is not None:
             made.append(form)
@@ -103,13 +103,11 @@ def _summed(effect: str, site: Site, unit: str, forms: list[Form], most: float, 
     sizes = np.geomspace(min(simulated) / _BELOW, min(max(simulated) * _ABOVE, most), _SIZES)
     seed = int(rng.integers(2**32))
     told = [[form.at(float(size), seed) for form in forms] for size in sizes]
-    found = np.array([np.mean([one.found for one in row]) for row in told])
+    weights = [form.weight for form in forms]
+    found = np.array([np.average([one.found for one in row], weights=weights) for row in told])
     size_50, size_90 = (crossing(sizes, found, share) for share in _SHARES)
     about = size_90 or float(sizes[-1])
-    said: Counter[str] = Counter()
-    for form in forms:
-        said.update(form.at(0.5 * about, seed).said)
-    total = sum(said.values())
+    said = _weighed([form.at(0.5 * about, seed) for form in forms], weights)
     look = min((form.nearest(about) for form in forms), key=lambda one: abs(np.log(one.size / about)))
     scale, one = about / look.size, look.contest
     explained = float(one.distance[0] - one.distance[1])
@@ -125,26 +123,34 @@ def _summed(effect: str, site: Site, unit: str, forms: list[Form], most: float, 
         high=tuple(max(one.found for one in row) for row in told),
         size_50=size_50,
         size_90=size_90,
-        taken_for={name: count / total for name, count in said.most_common()},
+        taken_for=said,
         estimates=dict(intervals(look.data, look.models[0])),
         moves=scale * float(np.sqrt(one.distance[0] / one.values)),
         rivals=rivals,
     )
 
 
+def _weighed(told: Sequence[Answers], weights: Sequence[float]) -> dict[str, float]:
+    """Return how often each thing is said, the most frequent first, of forms that come as often as they weigh."""
+    said: dict[str, float] = {}
+    for one, weight in zip(told, weights, strict=True):
+        for name, count in one.said.items():
+            said[name] = said.get(name, 0.0) + weight / sum(weights) * count / one.said.total()
+    return dict(sorted(said.items(), key=lambda item: -item[1]))
+
+
 def _of_one_size(effect: str, site: Site, forms: list[Form], rng: np.random.Generator) -> PlacePower:
     told = [answers(form.looks[0].contest, 1.0, rng) for form in forms]
-    said = sum((one.said for one in told), Counter[str]())
-    shares = [one.found for one in told]
+    shares, weights = [one.found for one in told], [form.weight for form in forms]
     return PlacePower(
         effect=effect,
         site=site,
         unit="",
         sizes=(1.0,),
-        found=(float(np.mean(shares)),),
+        found=(float(np.average(shares, weights=weights)),),
         low=(min(shares),),
         high=(max(shares),),
-        taken_for={name: count / sum(said.values()) for name, count in said.most_common()},
+        taken_for=_weighed(told, weights),
         fixed=True,
     )
 

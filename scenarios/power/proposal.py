@@ -14,13 +14,14 @@ from armtwin.scenarios.power.design import Design, design
 from armtwin.scenarios.power.ground import Ground, faults_of
 from armtwin.scenarios.power.power import Power
 from armtwin.scenarios.power.setting import Setting
-from armtwin.scenarios.report.section import Section, number, plot, table
+from armtwin.scenarios.report.section import Section, fold, number, plot, table
 from armtwin.scenarios.report.style import COLOURS, figure
 from armtwin.sim.sealed.plans import joint_ranges
 
 Array = NDArray[np.float64]
 
 SCHEMA = "armtwin.design/1"
+_SIZES = ("fault", "half the size", "the size found in 90 of 100", "twice the size")
 _INDICES = {
     "o1": "O1, geometric mean over the root of the poses",
     "o2": "O2, smallest over largest",
@@ -56,6 +57,8 @@ def design_table(proposed: Design) -> dict[str, Any]:
         "schema": SCHEMA,
         "poses": len(proposed.plan),
         "worth_over_needed": proposed.ratios,
+        "worth_over_old_plan_at_half_the_size": proposed.at_half,
+        "worth_over_old_plan_at_twice_the_size": proposed.at_twice,
         "observability": {"before": asdict(proposed.before), "after": asdict(proposed.after)},
         "path_error_mm": {"before": proposed.path_before_mm, "after": proposed.path_after_mm},
     }
@@ -66,12 +69,21 @@ def design_section(proposed: Design, setting: Setting) -> Section:
     before, after = asdict(proposed.before), asdict(proposed.after)
     rows = [(words, number(before[name], 3), number(after[name], 3)) for name, words in _INDICES.items()]
     caption = "Smallest size found in 90 of 100, new plan over old: left of the line the new plan sees smaller faults."
+    told_sizes = "What a fault is worth on the new plan over the old: at 1 both find it alike"
     blocks = (
         plot(_gains(proposed), caption),
+        fold("At half and at twice these sizes", (table(_SIZES, _by_size(proposed), told_sizes, marked=(2,)),)),
         plot(_poses(proposed, setting), "Commands of the proposed poses, in their order"),
         table(("index", "old plan", "new plan"), rows, "Observability of the geometry; larger is better", marked=(2,)),
     )
     return Section("design", "Better poses", told(proposed, setting), blocks)
+
+
+def _by_size(proposed: Design) -> list[tuple[str, ...]]:
+    return [
+        (name, number(proposed.at_half[name], 2), number(ratio, 2), number(proposed.at_twice[name], 2))
+        for name, ratio in sorted(proposed.ratios.items(), key=lambda row: row[1])
+    ]
 
 
 def _gains(proposed: Design) -> go.Figure:

@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 Pair = tuple[Effect, Site]
 
 # Up to this departure of a joint the markers move in proportion to it.
-_LINEAR_RAD = 0.15
+LINEAR_RAD = 0.15
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +125,7 @@ class _Views:
         problem: Problem = self._problem
         if active.effect.stage <= Stage.JOINT:
             dq = joint_angles(problem.context, (active,)) - self._q
-            if np.abs(dq).max() < _LINEAR_RAD:
+            if np.abs(dq).max() < LINEAR_RAD:
                 return np.asarray(np.einsum("nmdj,nj->nmd", self._by_joint, dq)[self._counts].reshape(-1) / self._noise)
         moved = problem.predict(self._g, (active,)) - self._predicted
         return np.asarray(moved[self._counts].reshape(-1) / self._noise)

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from armtwin.scenarios.power.place import PlacePower
 from armtwin.scenarios.power.power import over_places, power
 from armtwin.scenarios.power.setting import Setting
-from armtwin.scenarios.sweeps.curve import wilson
+from armtwin.scenarios.sweeps.curve import Found, wilson
+from armtwin.scenarios.sweeps.shift import predicted_over_found
 from armtwin.scenarios.sweeps.summary import CellSummary
 from armtwin.scenarios.sweeps.table import DRAWN, place_of
 from armtwin.scenarios.sweeps.trial import plan_of_cell
@@ -25,6 +26,7 @@ class Held:
         summary, places: the trials; what power says of each place of the cell.
         predicted: size found in 90 of 100; None where none is. For a fault of one size the share found.
         measured, low, high: the same of the trials, with its interval of 90 %.
+        off: how many times too large the predicted curves are, by all trials; None for a fault of one size.
 
     """
 
@@ -34,10 +36,13 @@ class Held:
     measured: float | None
     low: float | None
     high: float | None
+    off: Found | None = None
 
     @property
     def ratio(self) -> float | None:
-        """Predicted over measured."""
+        """Predicted over measured, by the whole curve where there is one."""
+        if self.off is not None and self.off.size is not None:
+            return self.off.size
         return self.predicted / self.measured if self.predicted and self.measured else None
 
     @property
@@ -83,7 +88,11 @@ def _held(one: CellSummary, places: Iterable[PlacePower]) -> Held:
         shares = [p.share for p in mine if p.fixed]
         predicted = sum(shares) / len(shares) if shares else None
         return Held(one, mine, predicted, hits / of if of else None, low, high)
-    return Held(one, mine, over_places(mine, 0.9), one.ninety.size, one.ninety.low, one.ninety.high)
+    return Held(one, mine, over_places(mine, 0.9), *_interval(one.ninety), predicted_over_found(one.rows, mine))
+
+
+def _interval(found: Found) -> tuple[float | None, float | None, float | None]:
+    return found.size, found.low, found.high
 
 
 def _key(one: CellSummary) -> tuple[str, int, float, str]:

@@ -99,6 +99,10 @@ def _coverage(cells: Sequence[CellSummary]) -> Section:
     return Section("coverage", "Do intervals hold?", lead, (body,))
 
 
+def _range(one: Held) -> str:
+    return "" if one.off is None else f" ({one.off.low:.2f} to {one.off.high:.2f})"
+
+
 def _held(held: Sequence[Held]) -> Section:
     rows = [
         (
@@ -106,12 +110,12 @@ def _held(held: Sequence[Held]) -> Section:
             _told(h, h.predicted),
             _told(h, h.measured),
             "" if h.low is None and h.high is None else f"{_told(h, h.low)} to {_told(h, h.high)}",
-            "–" if h.ratio is None else f"{h.ratio:.2f}",
+            "–" if h.ratio is None else f"{h.ratio:.2f}{_range(h)}",
             "yes" if h.agrees else "within the trials' interval" if h.within_interval else "NO",
         )
         for h in sorted(held, key=lambda h: h.agrees)
     ]
-    header = ("fault", "power says", "trials say", "their interval", "ratio", f"within {FACTOR:g}")
+    header = ("fault", "power says", "trials say", "their interval", "power over trials", f"within {FACTOR:g}")
     lead = f"{sum(h.agrees for h in held)} of {len(held)} predictions are within a factor of {FACTOR:g}."
     return Section("power", "Power against trials", lead, (table(header, rows, "Sizes found in 90 of 100"),))
 

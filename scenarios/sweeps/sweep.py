@@ -7,6 +7,8 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
+
 from armtwin.models.errors import InputError
 from armtwin.scenarios.sweeps.cluster import cluster
 from armtwin.scenarios.sweeps.engine import carry_out
@@ -23,11 +25,14 @@ _PAUSE_S = 5.0
 class SweepRun:
     """The worlds of a sweep: those that are done (`rows`), those that are sent, and those that wait."""
 
-    def __init__(self, table: SweepTable, journal: Journal, progress: Callable[[int, int], None]) -> None:
+    def __init__(
+        self, table: SweepTable, journal: Journal, progress: Callable[[int, int], None], at_most: int | None = None
+    ) -> None:
         cells = cells_of(table)
         self.placings = {cell.number: Placing(table, cell) for cell in cells}
         self._most = len(cells) * (table.trials + table.confirm)
         self._journal, self._progress = journal, progress
+        self._left = np.inf if at_most is None else at_most
         self._unasked = deque(self.placings.values())
         self._waiting: deque[Trial] = deque()
         self._sent: dict[Key, Trial] = {}
@@ -39,12 +44,13 @@ class SweepRun:
 
     def ready(self) -> Iterator[Trial]:
         """Yield worlds that can be made now, each once."""
-        while self._waiting or self._unasked:
+        while self._left > 0 and (self._waiting or self._unasked):
             if not self._waiting:
                 self._ask(self._unasked.popleft())
                 continue
             trial = self._waiting.popleft()
             self._sent[trial.key] = trial
+            self._left -= 1
             yield trial
 
     def take(self, row: Row) -> None:
@@ -57,7 +63,13 @@ class SweepRun:
     def send_again(self) -> None:
         """Let what was sent and has not come back wait again: whoever had it is gone."""
         self._waiting.extendleft(self._sent.values())
+        self._left += len(self._sent)
         self._sent.clear()
+
+    def recall(self) -> None:
+        """Ask the cells that no world was made for now for what is kept of them."""
+        while self._unasked:
+            self._ask(self._unasked.popleft())
 
     def _ask(self, placing: Placing) -> None:
         """Ask a cell for its next worlds; those that are kept from an earlier run are not made again."""
@@ -74,10 +86,11 @@ def sweep(
     *,
     scheduler: str | None = None,
     workers: int | None = None,
+    at_most: int | None = None,
     progress: Callable[[int, int], None] = lambda done, most: None,
     begun: Callable[[str], None] = lambda dashboard: None,
 ) -> SweepRun:
-    """Make and diagnose every world of a sweep that `out` does not hold yet, and write its tables.
+    """Make and diagnose every world of a sweep that `out` does not hold yet (or `at_most` so many), write its tables.
 
     `begun` is told the address of the cluster's page. Raises `InputError` where `out` holds another sweep's worlds or
     the scheduler does not answer, `JobError` where the cluster is lost for good or the disk is full; what is finished
@@ -85,7 +98,7 @@ def sweep(
     """
     journal = Journal(out, {"table": table.model_dump(mode="json", by_alias=True), "code": code_digest()})
     try:
-        run = SweepRun(table, journal, progress)
+        run = SweepRun(table, journal, progress, at_most)
         progress(len(run.rows), len(run.placings) * (table.trials + table.confirm))
         for attempt in range(_ATTEMPTS):
             try:
@@ -100,5 +113,6 @@ def sweep(
                 time.sleep(_PAUSE_S)
     finally:
         journal.close()
+    run.recall()
     write_tables(out, run.rows)
     return run

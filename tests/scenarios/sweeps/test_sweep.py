@@ -74,6 +74,12 @@ def test_a_killed_sweep_goes_on_and_ends_with_the_same_bytes(table: Path, whole:
     assert (tmp_path / "out" / RESULTS).read_bytes() == (whole / RESULTS).read_bytes()
 
 
+def test_a_sweep_made_in_pieces_ends_with_the_same_bytes(table: Path, whole: Path, tmp_path: Path) -> None:
+    assert len(sweep(read_sweep(table), tmp_path, workers=1, at_most=3).rows) == 3
+    sweep(read_sweep(table), tmp_path, workers=1)
+    assert (tmp_path / RESULTS).read_bytes() == (whole / RESULTS).read_bytes()
+
+
 def test_one_world_can_be_made_again_and_read(table: Path, whole: Path) -> None:
     done = subprocess.run(_command(table, whole, "--world", "0/3"), capture_output=True, text=True, check=True)
     assert "worlds/0-3" in done.stdout
