@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -72,6 +73,7 @@ def read_plan(path: Path, n_joints: int) -> Plan:
     """
     joints = [f"theta{i + 1}_cmd_rad" for i in range(n_joints)]
     what = f"a CSV with columns trajectory, {', '.join(joints)}"
+    _refuse_more_joints(path, n_joints)
     table = read_plan_table(path, ["trajectory", "time_s", *joints, "payload_kg"], what)
     for name in joints:
         if name not in table.columns:
@@ -96,6 +98,18 @@ def read_plan(path: Path, n_joints: int) -> Plan:
                 "kilograms"
             )
     return Plan(trajectories_of(table, path), q_cmd, payload_kg, _times_of(table))
+
+
+def _refuse_more_joints(path: Path, n_joints: int) -> None:
+    """Raise `InputError` where a plan is of an arm with more joints."""
+    if not path.is_file():
+        return
+    columns = read_csv(path, _MAX_BYTES, "one row a pose").columns
+    numbers = [int(found[1]) for name in columns if (found := re.fullmatch(r"theta(\d{1,3})_cmd_(?:rad|deg)", name))]
+    if numbers and max(numbers) > n_joints:
+        raise InputError(
+            f"{path.name}: commands joint {max(numbers)}, and this arm has {n_joints}; is it another arm's?"
+        )
 
 
 def _times_of(table: CsvTable) -> Array | None:

@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -106,3 +108,10 @@ def test_steps_between_end_at_the_goal_and_none_is_too_long(q_from: np.ndarray, 
 
     np.testing.assert_array_equal(poses[-1], q_to)
     assert np.abs(np.diff(poses, axis=0)).max() <= 0.3 + 1e-9
+
+
+def test_a_plan_of_an_arm_with_more_joints_is_told_as_that(tmp_path: Path) -> None:
+    path = tmp_path / "plan.csv"
+    path.write_text("trajectory,theta1_cmd_rad,theta2_cmd_rad,theta3_cmd_rad\na,0,0,0\n")
+    with pytest.raises(InputError, match="commands joint 3, and this arm has 2"):
+        read_plan(path, 2)
