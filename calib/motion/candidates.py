@@ -22,8 +22,8 @@ _SHARP = 0.5
 # The grain of the readings and its double are no lattice of the commands.
 _BEYOND_GRAIN = 2.6
 _SLOW_RAD_S = 0.05
-# Of a joint that never turns back these are one with its zero.
-_OF_REVERSALS = ("backlash", "hysteresis", "friction")
+# Of a joint that never turns back these are one with its zero, or with where it first stood.
+_OF_REVERSALS = ("backlash", "hysteresis", "friction", "joint_slip")
 # A load that varies by less tells nothing of what grows with it.
 _LOADED_NM = 2e-3
 

@@ -198,9 +198,9 @@ def _gain(found: MotionDiagnosis, again: Resimulated | None) -> Section:
 
 
 def _next(found: MotionDiagnosis, proposed: NextMotion | None) -> Section:
-    rows: list[list[Cell]] = [list(row) for row in ties(found)]
-    caption = "What each cause looks like to an estimator, and the motion that tells them apart."
-    told = (table(["cause", "looks like", "told apart by"], rows, caption),) if rows else ()
+    told = tuple(
+        prose(f"{cause} looks like {others}; told apart by: {experiment}.") for cause, others, experiment in ties(found)
+    )
     return Section("next", "What to do now", what_next(found, proposed), told)
 
 

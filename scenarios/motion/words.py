@@ -108,11 +108,15 @@ def next_table(proposed: NextMotion | None) -> dict[str, Any] | None:
 
 
 def ties(found: MotionDiagnosis) -> list[tuple[str, str, str]]:
-    """List what each cause looks like, and the motion that tells them apart: cause with its place, others, motion."""
+    """List what each cause looks like, and the motion that tells them apart: cause with its places, others, motion."""
+    places: dict[str, list[str]] = {}
+    for cause in sorted(found.causes, key=lambda one: (one.joint or 0, -one.explained_percent)):
+        places.setdefault(cause.effect, []).append(where(found, cause))
+    effects = [(motion_effect_named(name), at) for name, at in places.items()]
     return [
-        (label(found, cause), " or ".join(effect.confused_with), effect.experiment)
-        for cause in sorted(found.causes, key=lambda one: (one.joint or 0, -one.explained_percent))
-        if (effect := motion_effect_named(cause.effect)).confused_with
+        (f"{effect.name} ({', '.join(at)})", " or ".join(effect.confused_with), effect.experiment)
+        for effect, at in effects
+        if effect.confused_with
     ]
 
 
