@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 
 SCHEMA = "armtwin.design/1"
 _SIZES = ("fault", "half the size", "the size found in 90 of 100", "twice the size")
+_TICKS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)
 _INDICES = {
     "o1": "O1, geometric mean over the root of the poses",
     "o2": "O2, smallest over largest",
@@ -93,7 +94,7 @@ def _gains(proposed: Design) -> go.Figure:
     colours = [COLOURS["extended"] if size <= 1.0 else COLOURS["geometry"] for size in sizes]
     fig.add_scatter(x=sizes, y=[name for name, _ in shown], mode="markers", marker={"color": colours, "size": 9})
     fig.add_vline(x=1.0, line_dash="dash", line_color=COLOURS["truth"])
-    fig.update_xaxes(type="log", dtick="D2")
+    fig.update_xaxes(type="log", tickvals=_TICKS, ticktext=[f"{tick:g}" for tick in _TICKS])
     fig.update_yaxes(tickfont_size=11)
     fig.update_layout(margin={"l": 165}, showlegend=False)
     return fig
