@@ -15,6 +15,7 @@ from armtwin.calib.motion.by_motion import InMotion, by_motion
 from armtwin.calib.motion.held_out import Gain, HeldOut, held_out, without_a_gain
 from armtwin.calib.motion.identify import ArmModel, identify
 from armtwin.calib.motion.joint_model import JointModel
+from armtwin.calib.motion.ladder import log_error, motions_of
 from armtwin.calib.motion.problem import MotionProblem, motion_problem
 from armtwin.calib.motion.refitting import without
 from armtwin.calib.motion.series import rms
@@ -30,6 +31,8 @@ Array = NDArray[np.float64]
 _LOUD = 1.5
 # The share of the squares at a joint that a model may leave whose form is not quite the arm's.
 _LEFT_SHARE = 0.1
+# Of a joint that was followed by friction the motions' errors are to fall to so much, as a logarithm.
+_HALVED = float(np.log(0.6))
 # What leaves so much of how the readings wander, though the joint is plainly sent about, explains nothing.
 _STRANGE, _PLAIN_MOVE_RAD = 0.7, 0.02
 
@@ -166,13 +169,17 @@ def diagnose_motion(recording: MovingRecording, tell: Callable[[str], None] = la
 def _is_loud(arm: ArmModel, model: JointModel) -> bool:
     if not arm.problem.is_read(model.joint):
         return False
-    used = arm.problem.series[model.joint].used
+    series = arm.problem.series[model.joint]
+    used = series.used
     left, noise = rms(model.fit.e[used]), model.noise_rad
-    readings, sent = arm.problem.series[model.joint].measured[used], arm.problem.series[model.joint].sent[used]
+    readings, sent = series.measured[used], series.sent[used]
     if arm.problem.moves(model.joint) and left > _STRANGE * np.std(readings) and np.std(sent) > _PLAIN_MOVE_RAD:
         return True
     if left < _LOUD * noise:
         return False
+    if model.joint in arm.climbed:  # its motions were weighed each by its own size
+        motions = motions_of(arm.problem, series)
+        return log_error(series, model.fit.e, motions) > log_error(series, model.geometric.e, motions) + _HALVED
     if not model.forms and arm.delay_s is None and arm.late is None and arm.payload is None:
         return True
     return left**2 - noise**2 > _LEFT_SHARE * max(rms(model.geometric.e[used]) ** 2 - noise**2, 0.0)
@@ -199,6 +206,9 @@ def _causes(arm: ArmModel, loud: tuple[int, ...]) -> list[MotionCause]:
         mass = {"mass_kg": Estimate(arm.payload.mass_kg, None)}
         sagging = [arm.joints[joint] for joint in arm.payload.joints]
         out.append(MotionCause("payload", None, mass, ties, 0.0, _shared_percent(sagging, arm)))
+    for joint, one in arm.climbed.items():
+        if len(one.obstructed) and joint not in loud:
+            out.append(MotionCause("contact", joint + 1, {}, rows=tuple(int(r) for r in one.obstructed)))
     for joint, rows in arm.gross.items():
         sizes = np.abs(_gross_sizes(arm, joint))
         share = len(rows) / max(int(arm.problem.fitted.sum()), 1)

@@ -25,6 +25,8 @@ _WORSE = 1.05
 # It shows there if it moves the angles by so much of the noise.
 _SHOWS = 0.5
 _DRAWS = 400
+# Loads are those of the commands first, then of the angles that follow from them.
+_LOOKS = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,12 +73,30 @@ class Gain:
 
 def held_out(arm: ArmModel, loud: Sequence[int]) -> tuple[HeldOut, ...]:
     """Follow every joint through every held-out motion; of `loud` joints nothing but the zero is believed."""
-    problem = arm.problem
+    problem = along_its_way(arm)
     out = []
     for motion in problem.held_motions:
         for model in arm.joints:
             out.append(_one(problem, model, motion, model.joint in loud))
     return tuple(out)
+
+
+def along_its_way(arm: ArmModel) -> MotionProblem:
+    """Return the problem with the loads, in what is held out, of angles that are predicted, not measured."""
+    problem = arm.problem
+    if not arm.climbed or not problem.held.any():
+        return problem
+    angles = problem.recording.q_cmd
+    for _ in range(_LOOKS):
+        series = list(problem.series)
+        for joint, one in arm.climbed.items():
+            if len(one.load_of_basis):
+                load = np.where(problem.held, one.load_nm(problem, angles), series[joint].load_nm)
+                series[joint] = replace(series[joint], load_nm=np.ascontiguousarray(load))
+        problem = replace(problem, series=tuple(series))
+        held = [replace(one, wanted=problem.held) for one in problem.series]
+        angles = np.stack([one.predicted(m.fit.p) for one, m in zip(held, arm.joints, strict=True)], axis=-1)
+    return problem
 
 
 def _one(problem: MotionProblem, model: JointModel, motion: str, loud: bool) -> HeldOut:
@@ -104,12 +124,13 @@ def _one(problem: MotionProblem, model: JointModel, motion: str, loud: bool) -> 
 def without_a_gain(arm: ArmModel) -> ArmModel:
     """Drop causes that the held-out motions speak against, though they would show there."""
     joints = list(arm.joints)
+    problem = along_its_way(arm)
     for joint, model in enumerate(arm.joints):
-        for effect in model.effects:
+        for effect in () if joint in arm.climbed else model.effects:  # those were asked motion by motion
             if len(joints[joint].effects) == 0:
                 break
             less = without(arm.problem.series[joint], joints[joint], effect)
-            now, then = _errors(arm.problem, joints[joint]), _errors(arm.problem, less)
+            now, then = _errors(problem, joints[joint]), _errors(problem, less)
             shows = rms(now - then) > _SHOWS * model.noise_rad
             if shows and _typical(now) > _WORSE * _typical(then) and rms(now) > rms(then):
                 series = arm.problem.series[joint]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from armtwin.calib.motion.events import gross_rows, missed_rows, without_commands
 from armtwin.calib.motion.fit import Fit, fit, robust_cost, scale_of
 from armtwin.calib.motion.joint_model import JointModel, noise_of
+from armtwin.calib.motion.ladder import Climbed, climb
 from armtwin.calib.motion.missed_runs import missed_runs
 from armtwin.calib.motion.payload import Payload, as_payload
 from armtwin.calib.motion.problem import MotionProblem, at_zeros
@@ -28,6 +29,8 @@ _ONE_DELAY_S, _ONE_DELAY_SHARE = 0.002, 0.06
 _SHARED_COSTS = 10.0
 # Rows that so many of the joints missed were missed by all.
 _BY_ALL = 0.6
+# Where so many of the joints that move rub plainly, friction is what the arm is followed by first.
+_RUB = 0.6
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +44,7 @@ class ArmModel:
         delay_s: the delay that all joints share, or None.
         payload: a mass at the tip, or None.
         gross, missed: rows by joint (from 0); `missed_by_all` says that they are the same rows.
+        climbed: joints (from 0) that were followed by friction first.
 
     """
 
@@ -52,37 +56,47 @@ class ArmModel:
     missed: Mapping[int, Rows] = field(default_factory=dict)
     missed_by_all: bool = False
     payload: Payload | None = None
+    climbed: Mapping[int, Climbed] = field(default_factory=dict)
 
 
 def identify(problem: MotionProblem, tell: Callable[[str], None] = lambda _: None) -> ArmModel:
     """Find what is wrong with a moving arm, in bounded time."""
     n = problem.recording.n_joints
 
+    climbed: dict[int, Climbed] = {}
+
     def search(joint: int, base: Array | None, *, ties: bool = True) -> JointModel:
         tell(f"following joint {joint + 1} of {n} through its commands")
-        return search_joint(problem, joint, base, lambda what: tell(f"found {what}"), ties=ties)
+        begin = climbed[joint].model if joint in climbed else None
+        return search_joint(problem, joint, base, lambda what: tell(f"found {what}"), ties=ties, begin=begin)
 
     tell("looking for a moment from which on all joints answer later")
     found = late(problem, [delayed(problem, joint) for joint in range(n) if problem.moves(joint)])
-    models = [search(joint, None, ties=False) for joint in range(n)]
-    problem = at_zeros(problem, np.array([m.fit.p[INDEX["zero_rad"]] for m in models]))
-    base = None
-    moving = [m for m in models if problem.moves(m.joint)]
-    found = found or late(problem, moving) or late(problem, moving, within=True)
-    if found is not None:
-        again = [search(joint, found.put(neutral()), ties=False) for joint in range(n)]
-        found = refined(problem, [m for m in again if problem.moves(m.joint)], found) or found
-        if _worth_it(problem, models, again):
-            base = found.put(neutral())
+    found, climbed = _rubbing(problem, found, tell)
+    for joint, one in climbed.items():
+        problem = _with_series(problem, joint, one.series)
+    base = found.put(neutral()) if climbed and found is not None else None
+    models = [search(joint, base, ties=False) for joint in range(n)]
+    if not climbed:
+        problem = at_zeros(problem, np.array([m.fit.p[INDEX["zero_rad"]] for m in models]))
+        moving = [m for m in models if problem.moves(m.joint)]
+        found = found or late(problem, moving) or late(problem, moving, within=True)
+        if found is not None:
+            again = [search(joint, found.put(neutral()), ties=False) for joint in range(n)]
+            found = refined(problem, [m for m in again if problem.moves(m.joint)], found) or found
+            if _worth_it(problem, models, again):
+                base = found.put(neutral())
+            else:
+                found = None
+        if base is None and not problem.has_load:
+            models = [weighed(problem, model) for model in models]
         else:
-            found = None
-    if base is None and not problem.has_load:
-        models = [weighed(problem, model) for model in models]
-    else:
-        models = [search(joint, base) for joint in range(n)]
+            models = [search(joint, base) for joint in range(n)]
     gross: dict[int, Rows] = {}
     missed: dict[int, Rows] = {}
     for joint in range(n):
+        if joint in climbed:  # what these left of single rows is no more than a form that is not quite the arm's
+            continue
         rows = np.union1d(
             missed_rows(problem.series[joint], models[joint]), missed_runs(problem.series[joint], models[joint])
         )
@@ -100,12 +114,33 @@ def identify(problem: MotionProblem, tell: Callable[[str], None] = lambda _: Non
             problem = _left_out(problem, joint, rows)
             models[joint] = search(joint, base)
     by_all = _missed_by_all(problem, missed)
-    arm = _with_one_delay(ArmModel(problem, tuple(models), found, None, gross, missed, by_all))
-    explained = as_payload(arm.problem, arm.joints)
+    arm = _with_one_delay(ArmModel(problem, tuple(models), found, None, gross, missed, by_all, None, climbed))
+    # Where the load's shape was fitted, what a mass at the tip adds to the arm's own weight cannot be told from it.
+    explained = None if climbed else as_payload(arm.problem, arm.joints)
     if explained is None:
         return arm
     problem, joints, payload = explained
     return replace(arm, problem=problem, joints=joints, payload=payload)
+
+
+def _rubbing(
+    problem: MotionProblem, found: Late | None, tell: Callable[[str], None]
+) -> tuple[Late | None, dict[int, Climbed]]:
+    """Follow all joints by friction; none are returned where most of them are explained otherwise."""
+    moving = [joint for joint in range(problem.recording.n_joints) if problem.moves(joint)]
+
+    def climbs(late_by: Late | None) -> dict[int, Climbed]:
+        out = {}
+        for number, joint in enumerate(moving, start=1):
+            tell(f"asking how joint {joint + 1} rubs")
+            one = climb(problem, joint, None if late_by is None else late_by.put(neutral()))
+            if one is not None:
+                out[joint] = one
+            if len(out) + len(moving) - number < _RUB * len(moving):
+                return {}
+        return out
+
+    return found, climbs(found)
 
 
 def _left_out(problem: MotionProblem, joint: int, rows: Rows) -> MotionProblem:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from armtwin.calib.motion.series import Series
 from armtwin.models.errors import RecordingError
+from armtwin.models.motion.headings import Headings, headings_of
 from armtwin.models.motion.loads import gravity_torques
 from armtwin.models.recordings.moving import MovingRecording
 
@@ -38,6 +39,7 @@ class MotionProblem:
         fitted, held: (N,) rows.
         series: each joint over the fitted rows.
         grains_rad: (n,) steps of the readings.
+        headings: what the loads follow, or None.
 
     """
 
@@ -48,6 +50,12 @@ class MotionProblem:
     held: NDArray[np.bool_]
     series: tuple[Series, ...]
     grains_rad: Array
+    headings: Headings | None = None
+
+    @property
+    def angles(self) -> Array:
+        """(N, n) measured angles, rad, the command where one is missing."""
+        return angles_of(self.recording, 0.0)
 
     @property
     def held_motions(self) -> tuple[str, ...]:
@@ -75,7 +83,8 @@ class MotionProblem:
 
 def motion_problem(recording: MovingRecording) -> MotionProblem:
     """Prepare a recording; raises `RecordingError` where an arm's model does not load or nothing can be fitted."""
-    torques = gravity_torques(recording.arm, angles_of(recording, 0.0))
+    angles = angles_of(recording, 0.0)
+    torques = gravity_torques(recording.arm, angles)
     loads = np.zeros_like(recording.q_cmd) if torques is None else torques
     held = _held(recording)
     fitted = ~held
@@ -85,7 +94,8 @@ def motion_problem(recording: MovingRecording) -> MotionProblem:
         )
     steps = grains(recording.q_meas)
     series = tuple(_series(recording, loads, fitted, j, float(steps[j])) for j in range(recording.n_joints))
-    return MotionProblem(recording, loads, torques is not None, fitted, held, series, steps)
+    headings = None if torques is None else headings_of(angles, torques)
+    return MotionProblem(recording, loads, torques is not None, fitted, held, series, steps, headings)
 
 
 def angles_of(recording: MovingRecording, zeros_rad: Array | float) -> Array:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from armtwin.calib.motion.candidates import Form, Start, starts
 from armtwin.calib.motion.fit import Fit, fit, robust_cost, scale_of, with_values
 from armtwin.calib.motion.joint_model import JointModel, fitted_slots, noise_of
+from armtwin.calib.motion.ladder import bare
 from armtwin.calib.motion.problem import MotionProblem
 from armtwin.calib.motion.refitting import FEW_ROUNDS, FIRST_ROUNDS, polished, with_form, without_form
 from armtwin.calib.motion.screen import promises
@@ -44,12 +45,16 @@ def search_joint(
     hear: Callable[[str], None] = lambda _: None,
     *,
     ties: bool = True,
+    begin: JointModel | None = None,
 ) -> JointModel:
     """Find what is wrong with one joint, beyond what `base` holds (values of a loop; by default the nominal servo).
 
-    Without `ties` rivals are not asked whether they explain as much: for a first look.
+    Without `ties` rivals are not asked whether they explain as much: for a first look. A model to `begin` with was
+    weighed by whole motions; droop and delay go where it is as good without.
     """
     series = problem.series[joint]
+    if begin is not None:
+        return bare(problem, series, _over(series, begin, geometric=begin.geometric))
     nominal = neutral() if base is None else base
     geometric = fit(series, nominal, fitted_slots(()), noise_of(series, series.remainder(nominal)), rounds=6)
     model = JointModel(joint, (), geometric, geometric, noise_of(series, geometric.e))
@@ -69,11 +74,11 @@ def weighed(problem: MotionProblem, model: JointModel) -> JointModel:
     return pruned(problem, series, _with_equivalents(problem, series, model), last=True)
 
 
-def _over(series: Series, model: JointModel) -> JointModel:
+def _over(series: Series, model: JointModel, geometric: Fit | None = None) -> JointModel:
     """Return a model with its remainder over another choice of rows."""
     e = series.remainder(model.fit.p)
     found = Fit(model.fit.p, e, robust_cost(e, scale_of(series, e, model.noise_rad)))
-    return replace(model, fit=found, geometric=found, noise_rad=noise_of(series, e))
+    return replace(model, fit=found, geometric=geometric or found, noise_rad=noise_of(series, e))
 
 
 def _searched(problem: MotionProblem, series: Series, model: JointModel, hear: Callable[[str], None]) -> JointModel:

@@ -124,6 +124,7 @@ def follow(
     heard = received(sent, p)
     out = np.empty(n)
     x = y = w = lag = 0.0
+    before_h = resistance = 0.0
     k = 0
     for row in range(n):
         if not wanted[row]:
@@ -158,7 +159,8 @@ def follow(
                 until = p[_LATE_FROM]
             h = until - now
             # A first-order loop's way in a step is known exactly: the error falls by exp(-h / time constant).
-            resistance = h / (1.0 - np.exp(-h / p[_TAU]))
+            if h != before_h:  # most steps are as long as the one before
+                before_h, resistance = h, h / (1.0 - np.exp(-h / p[_TAU]))
             # Inertia that lasts over steps is integrated by the trapezoidal rule, what is gone within one implicitly.
             mass = p[_INERTIA] / h
             new = max(0.5, 1.0 - mass / resistance)

@@ -6,6 +6,7 @@ import numpy as np
 
 from armtwin.calib.motion.diagnosis import Estimate, MotionDiagnosis
 from armtwin.calib.motion.experiment import NOT_FOLLOWED
+from armtwin.scenarios.motion.rubbing import in_the_way, rubbing
 from armtwin.scenarios.motion.words import parameter_words
 
 # Moves below this are no moves.
@@ -18,7 +19,7 @@ _WORDS = "delay, lag or friction"
 def notes(found: MotionDiagnosis) -> list[str]:
     """Say what this recording cannot tell, and what was taken for what."""
     recording = found.recording
-    told = [*_clocks(found), *_ties(found), *_moves(found)]
+    told = [*rubbing(found), *in_the_way(found), *_clocks(found), *_ties(found), *_moves(found)]
     if any(one.differs for one in found.by_motion):
         told.append(in_every_motion(found))
     told += _left(found)

@@ -55,10 +55,10 @@ def motions(rng: np.random.Generator, seconds: float = 10.0) -> list[tuple[str, 
     return [("chirp", chirp), ("steps", steps), ("slow", slow), ("stairs", stairs)]
 
 
-def write_log(folder: Path, seed: int, faults: Faults, grain_rad: float = 0.0) -> Path:
+def write_log(folder: Path, seed: int, faults: Faults, grain_rad: float = 0.0, *, seconds: float = 10.0) -> Path:
     """Write a recording of the contract and return its folder."""
     rng = np.random.default_rng(seed)
-    named = motions(rng)
+    named = motions(rng, seconds)
     sent = np.concatenate([q for _, q in named])
     names = np.repeat([name for name, _ in named], [len(q) for _, q in named])
     time = np.arange(len(sent)) / RATE_HZ + 1.3 * np.cumsum(np.append(False, names[1:] != names[:-1]))
