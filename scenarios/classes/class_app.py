@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import sys
 import threading
-import time
 from collections.abc import AsyncIterator
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import asynccontextmanager
@@ -16,7 +15,6 @@ from typing import Annotated, Any, Literal
 
 from fastapi import FastAPI
 from fastapi.responses import HTMLResponse, JSONResponse
-from fastapi.staticfiles import StaticFiles
 from pydantic import Field
 from starlette.requests import Request
 from starlette.types import ASGIApp, Receive, Scope, Send
@@ -32,11 +30,14 @@ from armtwin.scenarios.classes.draw import token
 from armtwin.scenarios.classes.seat import Seat
 from armtwin.scenarios.serving.access import Guard, new_token, route_of
 from armtwin.scenarios.serving.app import PAGE as LIVE_PAGE
-from armtwin.scenarios.serving.app import add_entrance, build_app, tell_errors
+from armtwin.scenarios.serving.app import add_entrance, build_app, page_files, tell_errors
+from armtwin.scenarios.serving.pace import Pace
 
 PAGE = Path(__file__).parent / "page"
 # Calibrations and diagnoses of all students that may run at a time.
 _JOBS = 2
+# Nobody needs more, and each is kept.
+_MOST_ANSWERS = 200
 # Longer than any draw on a machine that has time.
 _DRAWING_S = 4.0
 
@@ -111,13 +112,14 @@ class ClassApp:
         A robot without a fault is drawn faster than others. So nobody is let in before all are drawn, and who is given
         a fresh one waits for a fixed time: how long it takes tells nothing.
         """
-        began = time.monotonic()
         self._prepared.wait()
+        pace = Pace()
         try:
-            app = self._app_of(student)
+            with pace.beats(_DRAWING_S):
+                app = self._app_of(student)
         except ArmtwinError:
             app = JSONResponse({"detail": "your robot cannot be drawn; tell your instructor"}, 503)
-        time.sleep(max(0.0, _DRAWING_S - (time.monotonic() - began)))
+        pace.pay()
         return app
 
     def _ready(self, student: Student) -> ASGIApp | None:
@@ -175,7 +177,7 @@ def _lobby(hosts: tuple[str, ...] | None) -> ASGIApp:
     """What a visitor without a token sees of any address below s/: the page's outside, which says how to get in."""
     lobby = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     lobby.add_middleware(Guard, token=new_token(), hosts=hosts)
-    lobby.mount("/static", StaticFiles(directory=LIVE_PAGE), name="static")
+    lobby.mount("/static", page_files(), name="static")
     add_entrance(lobby, lambda: (LIVE_PAGE / "index.html").read_text("utf-8"))
     return lobby
 
@@ -221,6 +223,8 @@ def _add_hand_in(app: FastAPI, course: Course, student: Student, seat: Seat) -> 
         if answer.cause != NOTHING and answer.cause not in group.robots.effects:
             raise InputError(f"cause: '{answer.cause}' is none of {NOTHING}, {', '.join(sorted(group.robots.effects))}")
         standing = seat.standing()
+        if standing["answers"] >= _MOST_ANSWERS:
+            raise InputError(f"answer: {_MOST_ANSWERS} were handed in, and no more are taken; ask your instructor")
         kept = {"by": student.id, "pictures_taken": standing["pictures_taken"], **answer.model_dump()}
         course.add_answer(seat.robot, standing["attempt"], kept)
         return {"handed_in": True, "answers": standing["answers"] + 1}
@@ -228,12 +232,7 @@ def _add_hand_in(app: FastAPI, course: Course, student: Student, seat: Seat) -> 
     @app.post("/api/attempt")
     def again() -> dict[str, Any]:
         """Begin another attempt, with a fresh robot and a fresh budget."""
-        if seat.attempt >= group.attempts:
-            raise InputError(f"attempt: {group.attempts} are allowed, and this is number {seat.attempt}")
-        if not course.answers(seat.robot, seat.attempt):
-            raise InputError("attempt: hand in an answer to this robot first")
-        course.change(seat.robot, "fresh")
-        return {"attempt": seat.attempt}
+        return {"attempt": seat.begin_another()}
 
 
 def _add_instructor(app: FastAPI, course: Course, seats: dict[str, Seat]) -> None:
@@ -244,6 +243,7 @@ def _add_instructor(app: FastAPI, course: Course, seats: dict[str, Seat]) -> Non
         """Say who measures, who is stuck, who has spent his budget."""
         return {
             "title": course.group.title,
+            "version": version("armtwin"),
             "now": datetime.now(UTC).isoformat(timespec="seconds"),
             "students": [
                 {

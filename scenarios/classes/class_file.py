@@ -96,6 +96,9 @@ class Rubric(Strict):
         return {name: float(getattr(self, name)) for name in CRITERIA}
 
 
+# A secret of fewer different letters is a key held down.
+_FEWEST_LETTERS = 8
+
 CRITERIA = ("cause", "place", "size", "interval", "line", "pictures")
 
 
@@ -129,6 +132,16 @@ class ClassFile(Strict):
     columns: dict[str, str] = Field(default_factory=dict, max_length=50)
     students: Annotated[tuple[Student, ...], FROM_LIST, Field(min_length=1, max_length=500)]
 
+    @field_validator("secret")
+    @classmethod
+    def _is_hard_to_guess(cls, secret: str) -> str:
+        if len(set(secret)) < _FEWEST_LETTERS or secret.startswith("at least sixteen characters"):
+            raise ValueError(
+                "whoever guesses it knows every robot; make one with python -c 'import secrets; "
+                "print(secrets.token_urlsafe(24))'"
+            )
+        return secret
+
     @field_validator("due")
     @classmethod
     def _says_its_zone(cls, due: datetime) -> datetime:
@@ -142,6 +155,10 @@ class ClassFile(Strict):
         twice = sorted({one for one in ids if ids.count(one) > 1})
         if twice:
             raise ValueError(f"students: id '{twice[0]}' stands twice")
+        columns = [student.gradebook_id or student.id for student in self.students]
+        shared = sorted({one for one in columns if columns.count(one) > 1})
+        if shared:
+            raise ValueError(f"students: '{shared[0]}' is the gradebook's id of two; their grades would be one's")
         taken = set(ids) & {student.robot for student in self.students if student.team}
         if taken:
             raise ValueError(f"students: '{sorted(taken)[0]}' is both an id and a team's robot")

@@ -10,9 +10,7 @@ feedback/ID.json       what a student may read of his grade, once it is released
 
 from __future__ import annotations
 
-import csv
 import html
-import io
 import json
 import os
 import threading
@@ -23,10 +21,11 @@ from pathlib import Path
 from typing import Any
 
 from armtwin.models import atomic
-from armtwin.models.errors import InputError
+from armtwin.models.errors import InputError, JobError
 from armtwin.scenarios.classes.answer import Answer
 from armtwin.scenarios.classes.class_file import ClassFile, Student, read_class
 from armtwin.scenarios.classes.draw import token
+from armtwin.scenarios.classes.spreadsheet import spreadsheet
 
 _MOST_LINE_BYTES = 1 << 20
 
@@ -93,14 +92,17 @@ class Course:
     def _append(self, path: Path, line: dict[str, Any]) -> None:
         """Append one line with its time, flushed to the disk before this returns."""
         text = json.dumps({"time": datetime.now(UTC).isoformat(timespec="milliseconds"), **line}, ensure_ascii=False)
-        with self._lock:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with path.open("ab") as stream:
-                if stream.tell() and not _ends_whole(path):  # a line that a killed server left half written
-                    stream.write(b"\n")
-                stream.write(text.encode() + b"\n")
-                stream.flush()
-                os.fsync(stream.fileno())
+        try:
+            with self._lock:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                with path.open("ab") as stream:
+                    if stream.tell() and not _ends_whole(path):  # a line that a killed server left half written
+                        stream.write(b"\n")
+                    stream.write(text.encode() + b"\n")
+                    stream.flush()
+                    os.fsync(stream.fileno())
+        except OSError as error:
+            raise JobError(f"the server cannot write it down ({error.strerror}); tell your instructor") from None
 
 
 def make_course(class_file: Path, out: Path, address: str) -> Course:
@@ -110,6 +112,8 @@ def make_course(class_file: Path, out: Path, address: str) -> Course:
     a folder that holds something else or the class of another secret.
     """
     group = read_class(class_file)
+    if not address.startswith(("http://", "https://")):
+        raise InputError(f"--address: '{address[:80]}' is no address; https://HOST/PATH/ is wanted")
     kept = out / "class.toml"
     if out.exists() and any(out.iterdir()) and not kept.is_file():
         raise InputError(f"{out}: is not empty and holds no class; choose another --out")
@@ -117,18 +121,18 @@ def make_course(class_file: Path, out: Path, address: str) -> Course:
         raise InputError(
             f"{out}: holds a class of another secret or other [robots], whose robots are others; choose another --out"
         )
+    out.mkdir(parents=True, exist_ok=True)
+    out.chmod(0o700)  # hand-outs hold tokens, and students may have accounts on this machine
     if kept.absolute() != class_file.absolute():
         atomic.write_text(kept, class_file.read_text("utf-8-sig"))
     kept.chmod(0o600)
     course = Course(out, group)
-    rows = io.StringIO()
-    writer = csv.writer(rows, lineterminator="\n")
-    writer.writerow(["id", "name", "robot", "link"])
+    table = [["id", "name", "robot", "link"]]
     for student in group.students:
         link = f"{address.rstrip('/')}/{course.student_path(student)}"
-        writer.writerow([student.id, student.name, student.robot, link])
+        table.append([student.id, student.name, student.robot, link])
         atomic.write_text(out / "handouts" / f"{student.id}.html", _handout(group, student, link))
-    atomic.write_text(out / "links.csv", rows.getvalue())
+    atomic.write_text(out / "links.csv", spreadsheet(table))
     (out / "links.csv").chmod(0o600)
     return course
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 import html
-import io
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from armtwin.scenarios.classes.class_file import CRITERIA, ClassFile
 from armtwin.scenarios.classes.course import Course
 from armtwin.scenarios.classes.grading import Grade
 from armtwin.scenarios.classes.seat import plans_of
+from armtwin.scenarios.classes.spreadsheet import spreadsheet
 from armtwin.scenarios.scoring.judge import label
 
 # What the two gradebooks want to see at the head of a column, where CLASS.toml names no columns of its own.
@@ -23,7 +23,7 @@ _COLUMNS = {
     "moodle": {"ID number": "gradebook_id", "Full name": "name", "TITLE": "total"},
     "canvas": {"Student": "name", "ID": "gradebook_id", "SIS Login ID": "id", "Section": "", "TITLE": "total"},
 }
-# Sequences of commands that begin alike for so many moves are shown to the instructor; the page's own plans aside.
+# Who took pictures of so many of another's poses is shown to the instructor; the page's own plans aside.
 _ALIKE = 6
 
 
@@ -48,26 +48,32 @@ def release(course: Course, grades: Sequence[Grade]) -> None:
 
 
 def alike(course: Course) -> list[tuple[str, str, str]]:
-    """Return pairs of students who share no robot and whose commands or answers look alike, with what is alike."""
+    """Return pairs of students who share no robot and whose poses or answers look alike, with what is alike."""
     seen: dict[tuple[str, Any], list[str]] = defaultdict(list)
+    pictured: dict[str, set[tuple[float, ...]]] = {}
     offered = {tuple(q) for plan in plans_of(nominal_arm()).values() for q in plan.q_cmd.tolist()}
     for robot in dict.fromkeys(student.robot for student in course.group.students):
         attempt = course.attempt(robot)
-        moves = [tuple(c["q_cmd_rad"]) for c in course.commands(robot, attempt) if c["what"] == "move"]
-        own = [q for q in moves if q not in offered]
-        if len(own) >= _ALIKE:
-            seen[("commands", tuple(own[:_ALIKE]))].append(robot)
+        pictured[robot] = set(_pictured(course.commands(robot, attempt))) - offered
         for answer in course.answers(robot, attempt)[-1:]:
             if answer["value"] is not None:
                 seen[("answer", (answer["cause"], answer["parameter"], answer["value"]))].append(robot)
             if len(answer["argument"].split()) >= _ALIKE:
                 seen[("argument", " ".join(answer["argument"].split()))].append(robot)
-    return [
-        (first, second, what)
-        for (what, _), robots in seen.items()
-        for number, first in enumerate(robots)
-        for second in robots[number + 1 :]
+    same = [
+        (*pair, "poses") for pair in combinations(pictured, 2) if len(pictured[pair[0]] & pictured[pair[1]]) >= _ALIKE
     ]
+    return same + [(*pair, what) for (what, _), robots in seen.items() for pair in combinations(robots, 2)]
+
+
+def _pictured(commands: Sequence[dict[str, Any]]) -> Iterator[tuple[float, ...]]:
+    """Yield the poses of which pictures were taken: what somebody tried on the way is the page's steps."""
+    q: tuple[float, ...] | None = None
+    for command in commands:
+        if command["what"] == "move":
+            q = tuple(command["q_cmd_rad"])
+        elif command["what"] == "picture" and q is not None:
+            yield q
 
 
 def _table(grades: Sequence[Grade]) -> str:
@@ -81,7 +87,7 @@ def _table(grades: Sequence[Grade]) -> str:
         ]
         for grade in grades
     ]
-    return _csv([[*head, "pictures", "late_days", "total_points"], *rows])
+    return spreadsheet([[*head, "pictures", "late_days", "total_points"], *rows])
 
 
 def _gradebook(group: ClassFile, grades: Sequence[Grade]) -> str:
@@ -99,7 +105,7 @@ def _gradebook(group: ClassFile, grades: Sequence[Grade]) -> str:
             "": "",
         }
         rows.append([values[source] for source in columns.values()])
-    return _csv(rows)
+    return spreadsheet(rows)
 
 
 def _page(course: Course, grades: Sequence[Grade]) -> str:
@@ -148,14 +154,3 @@ def _sizes(truth: dict[str, Any]) -> str:
 
 def _safe(text: str) -> str:
     return html.escape(str(text))
-
-
-def _csv(rows: Sequence[Sequence[Any]]) -> str:
-    """A table whose cells no spreadsheet takes for formulas: a student chooses his name."""
-    out = io.StringIO()
-    guarded = [
-        [f"'{cell}" if isinstance(cell, str) and cell.startswith(tuple("=+-@\t\r")) else cell for cell in row]
-        for row in rows
-    ]
-    csv.writer(out, lineterminator="\n").writerows(guarded)
-    return out.getvalue()

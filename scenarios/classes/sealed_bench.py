@@ -11,13 +11,18 @@ from numpy.typing import NDArray
 from armtwin.models.bench import BenchDescription, Frame
 from armtwin.models.errors import InputError, JobError
 from armtwin.models.world import World
+from armtwin.scenarios.serving.pace import Pace
 from armtwin.sim.bench import SimulatedBench
+
+# An arm with play takes 17 ms to move and 0.4 s to set up, one without 2 ms and 0.3 s.
+_MOVE_BEAT_S, _CONNECT_BEAT_S = 0.1, 0.6
 
 
 class SealedBench:
     """Satisfies `armtwin.models.bench.Bench`; unlike a `SimulatedBench` it has nothing that says what is true."""
 
-    def __init__(self, world: World, seed: np.random.Generator) -> None:
+    def __init__(self, world: World, seed: np.random.Generator, pace: Pace | None = None) -> None:
+        self._pace = pace or Pace()
         self._bench = SimulatedBench(world, seed=seed)
 
     @property
@@ -41,12 +46,14 @@ class SealedBench:
 
     def connect(self) -> None:
         """Set the arm up in its home pose."""
-        self._bench.connect()
+        with self._pace.beats(_CONNECT_BEAT_S):
+            self._bench.connect()
 
     def move(self, q_cmd_rad: NDArray[np.float64]) -> None:
         """Move; whatever the physics says of a pose that it cannot do is not passed on."""
         try:
-            self._bench.move(q_cmd_rad)
+            with self._pace.beats(_MOVE_BEAT_S):
+                self._bench.move(q_cmd_rad)
         except InputError:
             raise
         except Exception:  # noqa: BLE001  # its words could tell what is in it

@@ -11,6 +11,7 @@ import numpy as np
 
 from armtwin.models.arm import Arm
 from armtwin.models.bench import Bench
+from armtwin.models.errors import InputError
 from armtwin.models.inverse_kinematics import inverse
 from armtwin.models.plan import Plan, plan_of
 from armtwin.models.trajectories import CIRCLE_CENTRE_MM, LINE_END_MM, LINE_START_MM, circle, line
@@ -18,6 +19,7 @@ from armtwin.scenarios.classes.course import Course
 from armtwin.scenarios.classes.draw import draw_robot, generator
 from armtwin.scenarios.classes.sealed_bench import SealedBench
 from armtwin.scenarios.scenario import EffectTable
+from armtwin.scenarios.serving.pace import Pace
 from armtwin.scenarios.serving.sources import BenchSource, Terms
 from armtwin.scenarios.serving.visit import Visit
 
@@ -57,6 +59,17 @@ class Seat:
                 self._attempt = attempt
             return self._visit
 
+    def begin_another(self) -> int:
+        """Begin another attempt, whose number is returned; raises `InputError` where none is allowed (yet)."""
+        allowed = self.course.group.attempts
+        with self._lock:  # of two tabs that ask at a time one is too late
+            if self.attempt >= allowed:
+                raise InputError(f"attempt: {allowed} are allowed, and this is number {self.attempt}")
+            if not self.course.answers(self.robot, self.attempt):
+                raise InputError("attempt: hand in an answer to this robot first")
+            self.course.change(self.robot, "fresh")
+            return self.attempt
+
     def close(self) -> None:
         """Close the bench, if it is open."""
         with self._lock:
@@ -68,12 +81,12 @@ class Seat:
         self._visit = None
 
     def _source(self, attempt: int) -> BenchSource:
-        course, robot = self.course, self.robot
+        course, robot, pace = self.course, self.robot, Pace()
         world = draw_robot(course.group, robot, attempt).world
 
         def make(_: Sequence[EffectTable], pictures_before: int) -> Bench:
             # The noise of a picture follows from its number: opening the bench anew buys no second look.
-            return SealedBench(world, generator(course.group, "noise", robot, str(attempt), str(pictures_before)))
+            return SealedBench(world, generator(course.group, "noise", robot, str(attempt), str(pictures_before)), pace)
 
         return BenchSource(
             title=course.group.title,
@@ -86,6 +99,7 @@ class Seat:
                 pictures=lambda: self.pictures,
                 tools=tuple(course.group.tools),
                 told=lambda command: course.add_command(robot, attempt, command),
+                pace=pace,
             ),
         )
 

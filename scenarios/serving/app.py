@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
 from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated
+from urllib.parse import quote
 
 from fastapi import FastAPI, Query, Request
 from fastapi.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 from fastapi.staticfiles import StaticFiles
+from starlette.types import Scope
 
 from armtwin.models.errors import ArmtwinError, InputError
 from armtwin.scenarios.serving.access import COOKIE, Guard
@@ -22,6 +25,7 @@ from armtwin.scenarios.serving.picture_routes import add_pictures
 from armtwin.scenarios.serving.visit import BusyError, Visit
 
 PAGE = Path(__file__).parent / "page"
+_TOKEN = re.compile(r"[\x21-\x7e]{1,200}")
 
 
 def build_app(visit: Visit, token: str, hosts: tuple[str, ...] | None) -> FastAPI:
@@ -41,12 +45,24 @@ def build_app(visit: Visit, token: str, hosts: tuple[str, ...] | None) -> FastAP
     )
     app.add_middleware(Guard, token=token, hosts=hosts)
     tell_errors(app)
-    app.mount("/static", StaticFiles(directory=PAGE), name="static")
+    app.mount("/static", page_files(), name="static")
     add_entrance(app, lambda: (PAGE / "index.html").read_text("utf-8"))
     add_bench(app, visit)
     add_pictures(app, visit)
     add_jobs(app, visit)
     return app
+
+
+def page_files() -> StaticFiles:
+    """Return the page's files, asked for again by a page that loads itself again: a new server has new ones."""
+    return _Fresh(directory=PAGE)
+
+
+class _Fresh(StaticFiles):
+    async def get_response(self, path: str, scope: Scope) -> Response:
+        answer = await super().get_response(path, scope)
+        answer.headers["Cache-Control"] = "no-cache"
+        return answer
 
 
 def tell_errors(app: FastAPI) -> None:
@@ -63,8 +79,10 @@ def add_entrance(app: FastAPI, page: Callable[[], str]) -> None:
         if given is None:
             return HTMLResponse(page())
         answer = RedirectResponse("./", status_code=303)
+        if not _TOKEN.fullmatch(given):  # none of ours; it would be the browser that it confuses
+            return answer
         # A cookie of this place alone: two links of one server may be open in one browser.
-        path, secure = f"{request.scope.get('root_path', '')}/", request.url.scheme == "https"
+        path, secure = quote(f"{request.scope.get('root_path', '')}/"), request.url.scheme == "https"
         answer.set_cookie(COOKIE, given, path=path, httponly=True, samesite="strict", secure=secure)
         return answer
 

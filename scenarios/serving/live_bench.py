@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -132,7 +133,7 @@ class LiveBench:
         measured = dict(self._find(frame.image, self._q))
         truth = bench.body_poses() if isinstance(bench, SimulatedBench) else {}
         self._pictures += 1
-        self.shot = Shot(
+        shot = Shot(
             number=self._pictures,
             frame=frame,
             q_cmd=self._q,
@@ -142,13 +143,16 @@ class LiveBench:
             true_bodies=truth,
         )
         if keep is not None:
-            self._record().add(self.shot, keep, self._payload_kg)
+            with self._losing_a_pose():
+                self._record().add(shot, keep, self._payload_kg)
             seen = self.described
-            self.misses.append(self.shot.miss(self.twin.name, seen.arm, seen.camera, seen.arm_plane_z_mm))
+            self.misses.append(shot.miss(self.twin.name, seen.arm, seen.camera, seen.arm_plane_z_mm))
         if self.source.terms is not None:  # what was paid for is on disk before it is shown
-            self._record().wait()
+            with self._losing_a_pose():
+                self._record().wait()
             self._tell({"what": "picture", "number": self.poses})
-        return self.shot
+        self.shot = shot
+        return shot
 
     def run(self, plan: Plan, number: int) -> None:
         """Take pose `number` of a plan and keep it."""
@@ -193,7 +197,8 @@ class LiveBench:
         """Where the present recording stands; raises `JobError` while it is empty."""
         if self._recording is None:
             raise JobError("nothing is recorded yet; run a trajectory or keep a pose first")
-        self._recording.wait()
+        with self._losing_a_pose():
+            self._recording.wait()
         return self._recording.folder
 
     def shut_down(self) -> None:
@@ -212,6 +217,15 @@ class LiveBench:
             self._recording.close()
         self._recording = None
         self.misses.clear()
+
+    @contextmanager
+    def _losing_a_pose(self) -> Iterator[None]:
+        """Forget how far off the last pose was where it turns out that it cannot be kept."""
+        try:
+            yield
+        except JobError:
+            del self.misses[-1:]
+            raise
 
     def _tell(self, command: dict[str, Any]) -> None:
         if self.source.terms is not None:

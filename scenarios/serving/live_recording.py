@@ -44,13 +44,18 @@ class LiveRecording:
         self._n += 1
 
     def wait(self) -> None:
-        """Return when all is on disk; raises `JobError` where it cannot be written."""
-        if self._last is None:
+        """Return when all is on disk; raises `JobError` where the last pose is lost, since it could not be written."""
+        last, self._last = self._last, None
+        if last is None:
             return
         try:
-            self._last.result()
+            last.result()
         except OSError as error:
-            raise JobError(f"{self.folder}: cannot be written ({error.strerror}); make room, then go on") from None
+            self._n -= 1
+            name = self.folder.name
+            raise JobError(
+                f"{name}: the last pose is not kept, it cannot be written ({error.strerror}); make room, then go on"
+            ) from None
 
     def close(self) -> None:
         """Wait for what is being written, and write no more."""
@@ -64,10 +69,7 @@ class LiveRecording:
             atomic.write_json(self.folder / "recording.json", header_of(one))
             atomic.write_text(path, _csv(columns_of(one)) + _csv(row_of(one, 0)))
         else:
-            with path.open("a", encoding="utf-8", newline="") as stream:
-                stream.write(_csv(row_of(one, 0)))
-                stream.flush()
-                os.fsync(stream.fileno())
+            _append(path, _csv(row_of(one, 0)))
 
     def _row(self, shot: Shot, trajectory: str, payload_kg: float) -> Recording:
         source, unseen = self._source, np.full(2, np.nan)
@@ -112,6 +114,19 @@ def new_recording(parent: Path, source: BenchSource) -> LiveRecording:
             continue
         return LiveRecording(folder, source)
     raise OSError(f"{parent}: too many recordings")
+
+
+def _append(path: Path, row: str) -> None:
+    """Append a row to the disk, all of it or nothing."""
+    before = path.stat().st_size
+    try:
+        with path.open("a", encoding="utf-8", newline="") as stream:
+            stream.write(row)
+            stream.flush()
+            os.fsync(stream.fileno())
+    except OSError:
+        os.truncate(path, before)
+        raise
 
 
 def _csv(cells: list[str]) -> str:

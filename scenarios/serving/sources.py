@@ -21,6 +21,7 @@ from armtwin.scenarios.emulated_bench import EmulatedBench
 from armtwin.scenarios.plans import load_plan
 from armtwin.scenarios.runner.world import declared_arm
 from armtwin.scenarios.scenario import EffectTable, ScenarioFile
+from armtwin.scenarios.serving.pace import Pace
 
 # A creeping camera needs to know how long a recording is; a visitor's is about this long.
 _VISIT_POSES = 100
@@ -29,11 +30,12 @@ _VISIT_POSES = 100
 @dataclass(frozen=True, eq=False)
 class Terms:
     """On what terms a visitor has a bench: how many `pictures` in all, every one of them kept in one recording, which
-    `tools` he may call, and who is `told` of each command."""
+    `tools` he may call, who is `told` of each command, and the `pace` that hides how long the bench takes."""
 
     pictures: Callable[[], int]
     tools: tuple[str, ...]
     told: Callable[[dict[str, Any]], None]
+    pace: Pace
 
 
 @dataclass(frozen=True, eq=False)

@@ -51,6 +51,7 @@ class Visit:
         self.said = ""
         self._shared = thread is not None
         self._thread = thread or ThreadPoolExecutor(1, thread_name_prefix="bench")
+        self._paced = None if source.terms is None else ThreadPoolExecutor(1, thread_name_prefix="paced")
         self._waiting = threading.BoundedSemaphore(MOST_WAITING)
         self._stop_plan = threading.Event()
         self._ended = threading.Event()
@@ -60,9 +61,17 @@ class Visit:
         """Let the bench's thread do `call` in its turn; raises `BusyError` where too many wait already."""
         if not self._waiting.acquire(blocking=False):
             raise BusyError("the bench has too much to do; ask again when it has caught up")
-        future = self._thread.submit(call)
+        future = self._thread.submit(call) if self._paced is None else self._paced.submit(self._in_pace, call)
         future.add_done_callback(lambda _: self._waiting.release())
         return future
+
+    def _in_pace(self, call: Callable[[], Result]) -> Result:
+        """Do `call` on the bench's thread and answer in the bench's pace; the visit's next call waits for that too."""
+        try:
+            return self._thread.submit(call).result()
+        finally:
+            if self.source.terms is not None:
+                self.source.terms.pace.pay()
 
     def check_idle(self) -> None:
         """Raise `BusyError` while a plan runs."""
@@ -99,6 +108,8 @@ class Visit:
         self._ended.set()
         self._stop_plan.set()
         self.jobs.close()
+        if self._paced is not None:
+            self._paced.shutdown(cancel_futures=True)
         self._thread.submit(self.live.shut_down).result()
         if not self._shared:
             self._thread.shutdown()

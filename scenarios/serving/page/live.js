@@ -65,10 +65,14 @@ function buildJoints() {
     const slider = Object.assign(document.createElement("input"), { type: "range", id: `joint-${number + 1}`, ...limits });
     const text = Object.assign(document.createElement("input"), { type: "number", ...limits });
     text.setAttribute("aria-label", `joint ${number + 1}, degrees`);
-    for (const input of [slider, text]) input.addEventListener("input", () => {
+    // While somebody types, what stands there is not yet what he wants: an empty field, a lone minus, a first digit.
+    for (const input of [slider, text]) input.addEventListener(input === slider ? "input" : "change", () => {
+      if (input.value === "") { setJoints(state.q_cmd_rad ?? info.start_rad); return; }
+      input.value = Math.min(Math.max(Number(input.value), limits.min), limits.max);
       const q = [...document.querySelectorAll(".joint")].map((one, k) =>
         (k === number ? Number(input.value) : Number(one.querySelector("input[type=range]").value)) / DEGREE);
       setJoints(q, input);
+      if (input === text) slider.value = input.value;
       wanted = q;
       follow();
     });
@@ -118,12 +122,10 @@ function showState() {
   $("twin-name").textContent = state.twin;
   colours.twin = TWIN[state.twin] ?? TWIN.drawing;
   document.documentElement.style.setProperty("--twin", colours.twin);
-  $("faults-in").replaceChildren(...state.faults.map((fault, number) => {
-    const item = Object.assign(document.createElement("li"), { textContent: faultText(fault) });
-    item.append(button("take out", () => putFaults(state.faults.filter((_, other) => other !== number))));
-    return item;
-  }));
-  $("jobs").replaceChildren(...state.jobs.map(jobItem));
+  while ($("faults-in").children.length > state.faults.length) $("faults-in").lastChild.remove();
+  state.faults.forEach((fault, number) => shownAs($("faults-in"), number, faultText(fault), () => [faultText(fault),
+    button("take out", () => putFaults(state.faults.filter((_, other) => other !== number)))]));
+  state.jobs.forEach(showJob);
   if (state.version !== info.version) {
     warn("the server is another version now; this page loads itself again");
     setTimeout(() => location.reload(), 3000);
@@ -131,18 +133,32 @@ function showState() {
   if (shown) draw(shown);
 }
 
-function jobItem(job) {
-  const item = document.createElement("li");
-  const said = job.state === "done" ? job.headline : job.said;
-  item.append(`${job.kind}, ${job.seconds.toFixed(0)} s: ${said} `);
-  item.dataset.state = job.state;
-  if (job.state === "running") item.append(button("stop", () => ask("DELETE", `api/jobs/${job.number}`)));
-  if (job.results.includes("report.html")) {
-    item.append(button("open the report", () => openReport(job.number)));
-    if (job.number > opened) { opened = job.number; openReport(job.number); }
-  }
-  if (job.results.includes("next_experiment.csv") && state.yours) item.append(button("run the next experiment", run({ job: job.number })));
+// An item is built anew only when it looks otherwise: a button that is focused stays, and nothing is read out twice.
+function shownAs(list, number, looks, build) {
+  const item = list.children[number] ?? list.appendChild(document.createElement("li"));
+  if (item.dataset.looks === looks) return item;
+  const focused = item.contains(document.activeElement) ? document.activeElement.textContent : null;
+  item.dataset.looks = looks;
+  item.replaceChildren(...build());
+  if (focused !== null) [...item.querySelectorAll("button")].find(one => one.textContent === focused)?.focus();
   return item;
+}
+
+function showJob(job, number) {
+  const said = job.state === "done" ? job.headline : job.said, report = job.results.includes("report.html");
+  const next = job.results.includes("next_experiment.csv") && state.yours;
+  const item = shownAs($("jobs"), number, JSON.stringify([job.state, said, report, next]), () => {
+    const seconds = document.createElement("small");
+    seconds.setAttribute("aria-hidden", "true");  // it counts, and would be read out every second
+    const parts = [`${job.kind}: ${said} `, seconds, " "];
+    if (job.state === "running") parts.push(button("stop", () => ask("DELETE", `api/jobs/${job.number}`)));
+    if (report) parts.push(button("open the report", () => openReport(job.number)));
+    if (next) parts.push(button("run the next experiment", run({ job: job.number })));
+    return parts;
+  });
+  item.dataset.state = job.state;
+  item.querySelector("small").textContent = `${job.seconds.toFixed(0)} s`;
+  if (report && job.number > opened) { opened = job.number; openReport(job.number); }
 }
 
 function openReport(number) {
@@ -150,8 +166,19 @@ function openReport(number) {
   $("report").src = `api/jobs/${number}/report.html`;
 }
 
+const NO_TOKEN = "This page needs its token: open it by the link that armtwin serve printed.";
+let away = false;
+
+function lost(error) {
+  away = true;
+  warn(error.status === 401 ? NO_TOKEN : "the server does not answer; is it still running?");
+}
+
 async function refresh() {
   state = await ask("GET", "api/state");
+  if (away) warn("");
+  away = false;
+  while ($("jobs").children.length > state.jobs.length) $("jobs").lastChild.remove();  // the server was started anew
   showState();
   if (state.poses < misses.length) misses = [];
   if (state.poses > misses.length) misses.push(...await ask("GET", `api/misses?after=${misses.length}`));
@@ -226,7 +253,7 @@ function chooseFault() {
 async function start() {
   try { info = await ask("GET", "api/bench"); } catch (error) {
     say("not connected");
-    warn(error.status === 401 ? "This page needs its token: open it by the link that armtwin serve printed." : error.message);
+    warn(error.status === 401 ? NO_TOKEN : error.message);
     return;
   }
   $("title").textContent = `· ${info.title} (${info.kind})`;
@@ -248,7 +275,7 @@ async function start() {
   await refresh();
   if (!state.held) await take();
   watch();
-  setInterval(() => refresh().catch(() => warn("the server does not answer; is it still running?")), 1000);
+  setInterval(() => refresh().catch(lost), 1000);
 }
 
 start();

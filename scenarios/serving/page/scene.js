@@ -1,7 +1,7 @@
 // The arm in space: twin and, of a simulation, the truth. Placements come in mm in the robot frame.
 import { AmbientLight, BoxGeometry, Color, CylinderGeometry, DirectionalLight, GridHelper, Group, Matrix4, Mesh, MeshLambertMaterial, OrbitControls, PerspectiveCamera, Scene, WebGLRenderer } from "./three.min.js";
 
-const WIDTH_MM = 18, THICK_MM = 8, TRUTH_BEHIND_MM = -14;
+const WIDTH_MM = 18, THICK_MM = 8, TRUTH_BEHIND_MM = -14, KEY_TURN_RAD = 0.1;
 
 export class Space {
   constructor(canvas, lengths, nJoints) {
@@ -22,11 +22,23 @@ export class Space {
     this.camera.position.set(0.5 * reach, 0.6 * reach, 2.4 * reach);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.addEventListener("change", () => this.draw());
+    canvas.addEventListener("keydown", event => this.turned(event));
     this.lengths = lengths;
     this.nJoints = nJoints;
     this.truth = this.arm("#444444", 1, TRUTH_BEHIND_MM);
     this.twin = this.arm("#56b4e9", 0.75, 0);
     new ResizeObserver(() => this.draw()).observe(canvas);
+  }
+
+  turned(event) {  // by the arrow keys, as by dragging
+    const by = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[event.key];
+    if (!by) return;
+    event.preventDefault();
+    const from = this.camera.position, aside = this.camera.up.clone().cross(from).normalize();
+    from.applyAxisAngle(this.camera.up, by[0] * KEY_TURN_RAD);
+    from.applyAxisAngle(aside, by[1] * KEY_TURN_RAD);
+    this.controls.update();
+    this.draw();
   }
 
   arm(colour, opacity, z) {

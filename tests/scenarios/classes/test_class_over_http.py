@@ -42,7 +42,9 @@ def test_a_student_finds_the_effect_within_the_budget_and_a_guesser_does_not(ser
             bench.capture()
     found = armtwin.diagnose(_recording(served, "ada"))
     _hand_in(served, "ada", _answer_of(found))
-    _hand_in(served, "alan", answered(cause="backlash", joint=2, parameter="width_rad", value=0.01, low=0.0, high=0.02))
+    hidden = hidden_in(draw_robot(served.course.group, "alan", 1)) or {"effect": "none"}
+    guess = next(effect for effect in served.course.group.robots.effects if effect != hidden["effect"])
+    _hand_in(served, "alan", answered(cause=guess, joint=2, parameter="width_rad", value=0.01, low=0.0, high=0.02))
 
     grades = {grade.student.id: grade for grade in grade_course(served.course)}
     assert grades["ada"].shares["cause"] == grades["ada"].shares["place"] == 1.0
@@ -104,6 +106,29 @@ def test_a_path_that_climbs_gets_nothing(served: ServedClass, path: str) -> None
 
 
 @pytest.mark.parametrize(
+    "path",
+    [
+        "s/x;%20Domain=evil.example;%20Path=/;%20/?token=a",
+        "s/%e2%82%ac/?token=a",
+        "s/ada/?token=%e2%82%ac",
+        "s/ada/?token=a%0d%0aX:1",
+    ],
+)
+def test_an_address_puts_nothing_of_its_own_into_the_cookie(served: ServedClass, path: str) -> None:
+    answer = httpx.get(f"{served.url}/{path}")
+    assert answer.status_code in (303, 401)  # led to the page without its token, or told that there is none
+    said = answer.headers.get("set-cookie", "")
+    assert [part.split("=")[0] for part in said.split("; ")] in (
+        ["armtwin_token", "HttpOnly", "Path", "SameSite"],
+        [""],
+    )
+
+
+def test_a_page_that_loads_itself_again_gets_the_new_servers_files(served: ServedClass) -> None:
+    assert httpx.get(served.bench("ada") + "static/live.js").headers["cache-control"] == "no-cache"
+
+
+@pytest.mark.parametrize(
     "said",
     [
         '{"cause": "backlash", "parameter": "width_rad", "value": NaN}',
@@ -129,10 +154,10 @@ def test_an_answer_that_is_none_is_refused_and_not_kept(served: ServedClass, sai
 def test_nothing_that_a_student_can_ask_for_holds_the_truth(served: ServedClass) -> None:
     truth = draw_robot(served.course.group, "alan", 1).truth
     numbers = [*truth["link_lengths_mm"], *truth["joint_offsets_rad"], *truth["base_in_board_mm"][:2]]
-    numbers += [
-        value for value in hidden_in(draw_robot(served.course.group, "alan", 1))["parameters"].values() if value
-    ]  # type: ignore[index]
-    secrets = [repr(float(number))[:8] for number in numbers] + [served.course.group.secret, 'true_bodies":{"']
+    numbers += hidden_in(draw_robot(served.course.group, "alan", 1))["parameters"].values()  # type: ignore[index]
+    # A number of few digits stands in any text.
+    digits = [text[:8] for text in (repr(float(number)) for number in numbers) if len(text) >= 8]
+    secrets = [*digits, served.course.group.secret, 'true_bodies":{"']
     with httpx.Client(base_url=served.bench("alan"), headers=served.headers("alan"), timeout=60) as client:
         lease = {"X-Lease": client.post("api/lease").json()["lease"]}
         said = [

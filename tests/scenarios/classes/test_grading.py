@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import io
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -11,13 +13,15 @@ from typing import Any
 
 import pytest
 
-from armtwin.models.errors import InputError
+from armtwin.models.errors import InputError, JobError
 from armtwin.scenarios.classes.class_file import Rubric, read_class
 from armtwin.scenarios.classes.course import Course, make_course, open_course
 from armtwin.scenarios.classes.draw import draw_robot, hidden_in, token
 from armtwin.scenarios.classes.gradebook import alike, release, write_grades
 from armtwin.scenarios.classes.grading import grade_course, shares_of
+from armtwin.scenarios.classes.seat import Seat
 from tests.scenarios.classes.conftest import CLASS, new_course
+from tests.support.disks import grow, mounted
 
 PLAY = {"effect": "backlash", "joint": 2, "marker": None, "parameters": {"width_rad": 0.02}}
 GAIN = {"effect": "servo_gain", "joint": 1, "marker": None, "parameters": {"gain": 1.04}}
@@ -111,11 +115,14 @@ def test_answers_and_commands_that_look_copied_are_shown(course: Course) -> None
     for robot in ("ada", "alan", "team-navy"):
         for step in range(8):
             shift = 0.5 if robot == "team-navy" else 0.0
-            course.add_command(robot, 1, {"what": "move", "q_cmd_rad": [0.01 * step + shift, 0.0, 0.1]})
+            course.add_command(robot, 1, {"what": "move", "q_cmd_rad": [0.01 * step, 0.0, 0.1]})  # on the way
+            course.add_command(robot, 1, {"what": "move", "q_cmd_rad": [0.1 * step + shift, 0.2, 0.1]})
+            course.add_command(robot, 1, {"what": "picture", "number": step + 1})
+    course.add_command("ada", 1, {"what": "picture", "number": 9})  # one more hides nothing
     answer = said(cause="backlash", joint=1, parameter="width_rad", value=0.0123456)
     for robot in ("alan", "team-navy"):
         course.add_answer(robot, 1, answer)
-    assert alike(course) == [("ada", "alan", "commands"), ("alan", "team-navy", "answer")]
+    assert alike(course) == [("ada", "alan", "poses"), ("alan", "team-navy", "answer")]
 
 
 def test_links_hold_other_tokens_for_everyone_and_another_secret_makes_other_robots(course: Course) -> None:
@@ -145,6 +152,9 @@ def test_a_class_made_again_keeps_what_was_handed_in_and_refuses_another_secret(
         (('id = "alan"', 'id = "../alan"'), "id"),
         (("+01:00", ""), "time zone"),
         (('secret = "correct horse battery staple 3"', 'secret = "short"'), "secret"),
+        (("correct horse battery staple 3", "aaaaaaaaaaaaaaaaaaaaaaaa"), "token_urlsafe"),
+        (("correct horse battery staple 3", "at least sixteen characters that no student knows"), "token_urlsafe"),
+        (('id = "alan"', 'id = "alan"\ngradebook_id = "ada"'), "gradebook's id of two"),
         (("attempts = 2", "atempts = 2"), "attempts"),
     ],
 )
@@ -157,6 +167,65 @@ def test_a_class_file_that_is_wrong_is_one_line_that_names_it(
         read_class(file)
     assert named in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_a_class_is_for_its_instructor_alone_and_names_are_no_formulas(tmp_path: Path) -> None:
+    odd = """Zoë "Ω", née O'Brien"""
+    course = new_course(
+        tmp_path, CLASS.replace('"=Alan Turing"', "\"=cmd|' /C calc'!A0\"").replace('"Ada Lovelace"', f"'''{odd}'''")
+    )
+    assert course.folder.stat().st_mode & 0o077 == 0
+    rows = list(csv.reader(io.StringIO((course.folder / "links.csv").read_text("utf-8"))))
+    assert [row[1] for row in rows[1:3]] == [odd, "'=cmd|' /C calc'!A0"]
+    assert all(not cell.startswith("=") for row in rows for cell in row)
+
+
+def test_an_address_that_makes_no_link_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "CLASS.toml").write_text(CLASS)
+    with pytest.raises(InputError, match="--address"):
+        make_course(tmp_path / "CLASS.toml", tmp_path / "course", "lab.example.org")
+
+
+def test_what_is_declared_of_a_robot_is_the_same_for_all(course: Course) -> None:
+    declared = {
+        tuple(draw_robot(course.group, robot, attempt).world.arm.gravity_m_s2)
+        for robot in ("ada", "alan", "team-navy")
+        for attempt in (1, 2)
+    }
+    assert declared == {(0.0, -9.81)}
+
+
+def test_of_two_tabs_that_begin_another_attempt_at_a_time_one_does(course: Course) -> None:
+    course.add_answer("ada", 1, said(cause="none"))
+    seat = Seat(course, "ada", ThreadPoolExecutor(1), threading.BoundedSemaphore(1))
+
+    def begin(_: int) -> bool:
+        try:
+            return seat.begin_another() == 2
+        except InputError:
+            return False
+
+    with ThreadPoolExecutor(8) as tabs:
+        assert sum(tabs.map(begin, range(8))) == 1
+    assert course.attempt("ada") == 2
+
+
+def test_an_answer_on_a_full_disk_is_told_and_the_next_one_is_whole(tmp_path: Path) -> None:
+    with mounted(tmp_path, 1) as mount:
+        course = new_course(mount)
+        kept = 0
+        try:
+            for _ in range(400):
+                course.add_answer("ada", 1, said(cause="none", argument="x" * 4000))
+                kept += 1
+        except JobError as error:
+            assert "No space left" in str(error)  # noqa: PT017  # some fit, then one does not
+        grow(mount, 2)
+        course.add_answer("ada", 1, said(cause="backlash"))
+        answers = course.answers("ada", 1)
+        assert 10 < kept < 400
+        assert len(answers) == kept + 1
+        assert answers[-1]["cause"] == "backlash"
 
 
 def test_a_folder_of_something_else_is_left_alone(tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from armtwin.models.recordings.reader import read_recording
 from armtwin.scenarios.scenario import EffectTable
 from armtwin.scenarios.serving.live_bench import LiveBench
 from armtwin.scenarios.serving.sources import source_of
+from tests.support.disks import grow, mounted
 
 PLAY = EffectTable(name="backlash", joint=2, parameters={"width_rad": 0.05})
 SOURCE = source_of("simulated")
@@ -52,6 +53,16 @@ def test_a_fault_that_cannot_be_built_leaves_the_bench_as_it_was(live: LiveBench
     assert live.connected
 
 
+def _is_kept(live: LiveBench, number: int) -> bool:
+    live.run(SOURCE.plans["line"], number)
+    try:
+        live.recording_folder()
+    except JobError as error:
+        assert "No space left" in str(error)  # noqa: PT017
+        return False
+    return True
+
+
 def replace_joint(fault: EffectTable, joint: int) -> EffectTable:
     return fault.model_copy(update={"joint": joint})
 
@@ -81,3 +92,19 @@ def test_a_new_recording_is_empty_and_the_last_one_stays(live: LiveBench) -> Non
     live.run(SOURCE.plans["line"], 1)
     assert live.recording_folder() != first
     assert len(read_recording(first)) == 1
+
+
+def test_a_pose_that_a_full_disk_does_not_take_is_told_and_the_rest_is_a_whole_recording(tmp_path: Path) -> None:
+    with mounted(tmp_path, 1) as mount:
+        live = LiveBench(SOURCE, mount)
+        live.connect()
+        kept = [number for number in range(8) if _is_kept(live, number)]
+        assert len(kept) < 8
+        grow(mount, 40)
+        for number in (20, 21):
+            assert _is_kept(live, number)
+        recording = read_recording(live.recording_folder())
+        assert recording.sample.tolist() == list(range(len(kept) + 2))
+        np.testing.assert_array_equal(recording.q_cmd, SOURCE.plans["line"].q_cmd[[*kept, 20, 21]])
+        assert len(live.misses) == len(recording)
+        live.shut_down()

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import math
+import re
 import signal
 
 import pytest
+from playwright.sync_api import Page, Route
 
 from armtwin.models.recordings.reader import read_recording
 from tests.scenarios.serving.conftest import TOKEN, Served, start_server
@@ -70,3 +74,92 @@ def test_what_was_recorded_outlives_a_server_that_is_killed(tmp_path) -> None:  
         server.process.send_signal(signal.SIGKILL)
         server.process.wait()
     assert len(read_recording(tmp_path / "out" / "recordings" / "recording-001")) >= 4
+
+
+def test_a_page_left_open_over_another_version_of_the_server_says_so_and_loads_itself_again(served: Served) -> None:
+    with chromium() as browser:
+        page = browser.new_page()
+        _open(page, served)
+        loads: list[str] = []
+        page.on("load", lambda: loads.append(page.url))
+
+        def of_another_version(route: Route) -> None:
+            answer = route.fetch()
+            if not loads:
+                answer = {"status": 200, "body": json.dumps({**answer.json(), "version": "9.9.9"})}  # type: ignore[assignment]
+                route.fulfill(**answer, content_type="application/json")  # type: ignore[arg-type]
+            else:
+                route.fulfill(response=answer)
+
+        page.route("**/api/state", of_another_version)
+        page.get_by_text("the server is another version now").wait_for(timeout=FOUND_MS)
+        page.wait_for_event("load", timeout=FOUND_MS)
+        page.locator("#joints input").first.wait_for(timeout=FOUND_MS)
+        assert not page.get_by_role("alert").is_visible()
+
+
+def test_a_server_that_was_away_is_told_and_the_word_goes_when_it_is_back(served: Served) -> None:
+    with chromium() as browser:
+        page = browser.new_page()
+        _open(page, served)
+        page.route("**/api/state", lambda route: route.abort())
+        page.get_by_text("the server does not answer").wait_for(timeout=FOUND_MS)
+        page.unroute("**/api/state")
+        page.get_by_role("alert").wait_for(state="hidden", timeout=FOUND_MS)
+
+
+def test_the_keyboard_alone_types_an_angle_turns_the_view_and_keeps_its_place(served: Served) -> None:
+    with chromium() as browser:
+        page = browser.new_page()
+        _open(page, served)
+        sent: list[list[float]] = []
+        page.on(
+            "request", lambda one: sent.append(one.post_data_json["q_cmd_rad"]) if one.url.endswith("move") else None
+        )
+        angle = page.get_by_label("joint 2, degrees")
+        angle.focus()
+        page.keyboard.press("Control+A")
+        page.keyboard.type("-12.5")
+        page.keyboard.press("Enter")
+        page.wait_for_function("document.getElementById('joint-2').value === '-12.5'")
+        page.wait_for_timeout(500)
+        assert [round(math.degrees(q[1]), 2) for q in sent] == [-12.5]  # neither 0 nor -1 on the way
+        page.locator("#space").focus()
+        before = page.locator("#space").screenshot()
+        for _ in range(5):
+            page.keyboard.press("ArrowLeft")
+        assert page.locator("#space").screenshot() != before
+        page.select_option("#fault-name", "servo_gain")
+        page.get_by_role("button", name="Put it in").press("Enter")
+        fault = page.locator("#faults-in li").filter(has_text=re.compile("servo.gain"))
+        out = fault.get_by_role("button", name="take out")
+        out.focus()
+        page.wait_for_timeout(2500)  # the state is asked for every second
+        assert page.evaluate("document.activeElement.textContent") == "take out"
+        out.press("Enter")
+        fault.wait_for(state="detached", timeout=FOUND_MS)
+
+
+def test_whatever_can_be_operated_has_a_name_for_a_screen_reader(served: Served) -> None:
+    with chromium() as browser:
+        page = browser.new_page()
+        _open(page, served)
+        nameless = page.evaluate(
+            """() => [...document.querySelectorAll(
+                "button, input, select, textarea, a[href], canvas, iframe, svg[role]")]
+            .filter(one => !(one.getAttribute("aria-label") || one.title
+                || one.textContent.trim() || one.labels?.length))
+            .map(one => one.outerHTML)"""
+        )
+        assert nameless == []
+
+
+def _open(page: Page, served: Served) -> None:
+    page.goto(f"{served.url}/?token={TOKEN}")
+    page.locator("#joints input").first.wait_for(timeout=FOUND_MS)
+    take = page.get_by_role("button", name="Take the arm")
+    page.wait_for_function("document.getElementById('status').textContent !== 'connecting …'", timeout=FOUND_MS)
+    page.wait_for_timeout(1500)
+    if take.is_visible():
+        take.click()
+    page.locator("#joint-1:enabled").wait_for(timeout=FOUND_MS)
