@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 Bool = NDArray[np.bool_]
 
 # Up to so many poses are searched at once; of more a fair part of as many is.
-_AT_ONCE = 600
+_AT_ONCE = 500
 # Effects at once that a recording of a few hundred poses can hold apart.
 _MOST_EFFECTS = 5
 # An effect that leaves less than this share of the excess explains points that look like gross errors, too.

@@ -84,6 +84,8 @@ def part_of(recording: Recording, part: Part) -> Recording:
 
 
 def shortened(recording: Recording) -> Recording:
-    """Return a recording as it is, or of a very long one a fair part."""
+    """Return a recording as it is, or of a very long one a fair part; of a part again the same part."""
+    if len(recording) <= MOST_POSES * (_RUN + _LEAD) // _RUN:
+        return recording
     part = fair_part(len(recording), MOST_POSES)
-    return recording if part.counted.all() else part_of(recording, part)
+    return part_of(recording, part)

@@ -23,7 +23,7 @@ from armtwin.sim.physics.simulation import default_clock, simulate, simulate_ang
 Array = NDArray[np.float64]
 
 # A pose takes MuJoCo two milliseconds to settle; of more than these a fair part is simulated.
-_MOST_POSES = 600
+_MOST_POSES = 400
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from armtwin.models.recordings.part import MOST_POSES, fair_part, part_of, shortened
+from armtwin.models.recordings.part import MOST_POSES, Part, fair_part, part_of, shortened
 from tests.support.recordings import recording
 
 
@@ -41,3 +41,12 @@ def test_of_poses_that_only_lead_up_nothing_was_measured() -> None:
     seen = np.isfinite(np.stack(list(some.markers_px.values()))).all(axis=(0, 2))
     assert not seen[~part.counted].any()
     np.testing.assert_array_equal(some.q_cmd, whole.q_cmd[part.rows])
+
+
+def test_a_part_of_a_very_long_recording_is_not_cut_again() -> None:
+    short = recording()
+    rows = np.resize(np.arange(len(short)), 30_000)
+    long = part_of(short, Part(rows, np.ones(len(rows), dtype=bool)))
+    once = shortened(long)
+    assert MOST_POSES * 0.9 < len(once) < 30_000
+    assert shortened(once) is once
