@@ -198,9 +198,9 @@ def _causes(arm: ArmModel, loud: tuple[int, ...]) -> list[MotionCause]:
         out.append(
             MotionCause("latency", None, {"delay_s": Estimate(arm.delay_s, std)}, (), 0.0, _shared_percent(quiet, arm))
         )
-    if arm.late is not None and quiet:
-        values = {"from_s": Estimate(arm.late.from_s, None), "delay_s": Estimate(arm.late.late_s, None)}
-        out.append(MotionCause("sampling", None, values, (), 0.0, _shared_percent(quiet, arm)))
+    sampled = sampling_values(arm)
+    if sampled and quiet:
+        out.append(MotionCause("sampling", None, sampled, (), 0.0, _shared_percent(quiet, arm)))
     if arm.payload is not None and not set(arm.payload.joints) & set(loud):
         ties = ("gravity_sag",) if arm.payload.tied else ()
         mass = {"mass_kg": Estimate(arm.payload.mass_kg, None)}
@@ -221,6 +221,20 @@ def _causes(arm: ArmModel, loud: tuple[int, ...]) -> list[MotionCause]:
         for joint, rows in arm.missed.items():
             out.append(MotionCause("missed_command", joint + 1, {}, rows=tuple(int(r) for r in rows)))
     return out
+
+
+def sampling_values(arm: ArmModel) -> dict[str, Estimate]:
+    """Return what is wrong with the sampling, by parameter; empty where nothing is."""
+    values = {}
+    if arm.late is not None:
+        values = {"from_s": Estimate(arm.late.from_s, None), "delay_s": Estimate(arm.late.late_s, None)}
+    if arm.bus is not None:
+        values |= {
+            "from_s": Estimate(arm.bus.from_s, float(arm.bus.within_s / np.sqrt(12.0))),
+            "held_rows": Estimate(float(arm.bus.held_rows), 0.0),
+            "of_commands": Estimate(0.0, 0.0),
+        }
+    return values
 
 
 def _gross_sizes(arm: ArmModel, joint: int) -> Array:
@@ -261,6 +275,13 @@ def _of_joint(arm: ArmModel, model: JointModel) -> list[MotionCause]:
 
 def _shared_percent(models: list[JointModel], arm: ArmModel) -> float:
     """Return the share of the squares that the models of all joints take away."""
-    before = sum(float((m.geometric.e[arm.problem.series[m.joint].used] ** 2).sum()) for m in models)
+    before = sum(float((_as_asked(arm, m) ** 2).sum()) for m in models)
     after = sum(float((m.fit.e[arm.problem.series[m.joint].used] ** 2).sum()) for m in models)
     return 100.0 * (1.0 - after / before) if before else 0.0
+
+
+def _as_asked(arm: ArmModel, model: JointModel) -> Array:
+    """(N,) remainder of the geometric twin that hears every command, in time."""
+    sent = np.ascontiguousarray(arm.problem.recording.q_cmd[:, model.joint])
+    p = model.geometric.p if arm.late is None else arm.late.off(model.geometric.p)
+    return replace(arm.problem.series[model.joint], sent=sent).remainder(p)

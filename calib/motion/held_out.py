@@ -103,7 +103,9 @@ def _one(problem: MotionProblem, model: JointModel, motion: str, loud: bool) -> 
     series = problem.whole(model.joint, motion)
     rows = series.used & problem.held
     best = model.geometric.p if loud else model.fit.p
-    nominal, before, after = (series.remainder(p)[rows] for p in (neutral(), model.geometric.p, best))
+    asked = replace(series, sent=np.ascontiguousarray(problem.recording.q_cmd[:, model.joint]))  # missed or not
+    nominal, before = (asked.remainder(p)[rows] for p in (neutral(), model.geometric.p))
+    after = series.remainder(best)[rows]
     length = max(10, 4 * memory_rows(after)) if len(after) > 20 else max(len(after), 1)
     number = np.arange(len(after)) // length
     squares = np.zeros((int(number[-1]) + 1 if len(number) else 1, 2))

@@ -14,7 +14,8 @@ from armtwin.calib.motion.joint_model import JointModel, noise_of
 from armtwin.calib.motion.ladder import Climbed, climb
 from armtwin.calib.motion.missed_runs import missed_runs
 from armtwin.calib.motion.payload import Payload, as_payload
-from armtwin.calib.motion.problem import MotionProblem, at_zeros
+from armtwin.calib.motion.problem import MotionProblem, at_zeros, motion_problem
+from armtwin.calib.motion.repeats import Repeats, repeats, without_stale
 from armtwin.calib.motion.sampling import Late, late, refined
 from armtwin.calib.motion.search import delayed, search_joint, weighed
 from armtwin.calib.motion.series import Series, deviance_gain
@@ -41,6 +42,7 @@ class ArmModel:
         problem: with gross readings left out and missed commands left as they were heard.
         joints: each joint's model.
         late: from when on all answer later, or None.
+        bus: from when on readings are repeated for several rows, or None.
         delay_s: the delay that all joints share, or None.
         payload: a mass at the tip, or None.
         gross, missed: rows by joint (from 0); `missed_by_all` says that they are the same rows.
@@ -51,6 +53,7 @@ class ArmModel:
     problem: MotionProblem
     joints: tuple[JointModel, ...]
     late: Late | None = None
+    bus: Repeats | None = None
     delay_s: float | None = None
     gross: Mapping[int, Rows] = field(default_factory=dict)
     missed: Mapping[int, Rows] = field(default_factory=dict)
@@ -62,6 +65,9 @@ class ArmModel:
 def identify(problem: MotionProblem, tell: Callable[[str], None] = lambda _: None) -> ArmModel:
     """Find what is wrong with a moving arm, in bounded time."""
     n = problem.recording.n_joints
+    bus = repeats(problem.recording)
+    if bus is not None:
+        problem = motion_problem(without_stale(problem.recording, bus))
 
     climbed: dict[int, Climbed] = {}
 
@@ -114,7 +120,7 @@ def identify(problem: MotionProblem, tell: Callable[[str], None] = lambda _: Non
             problem = _left_out(problem, joint, rows)
             models[joint] = search(joint, base)
     by_all = _missed_by_all(problem, missed)
-    arm = _with_one_delay(ArmModel(problem, tuple(models), found, None, gross, missed, by_all, None, climbed))
+    arm = _with_one_delay(ArmModel(problem, tuple(models), found, bus, None, gross, missed, by_all, None, climbed))
     # Where the load's shape was fitted, what a mass at the tip adds to the arm's own weight cannot be told from it.
     explained = None if climbed else as_payload(arm.problem, arm.joints)
     if explained is None:

@@ -99,8 +99,8 @@ def motion_problem(recording: MovingRecording) -> MotionProblem:
 
 
 def angles_of(recording: MovingRecording, zeros_rad: Array | float) -> Array:
-    """(N, n) angles that the readings mean, less the joints' zeros; the command where a reading is missing."""
-    return np.where(np.isfinite(recording.q_meas), recording.q_meas - zeros_rad, recording.q_cmd)
+    """(N, n) angles that the readings mean, less the joints' zeros; what is missing is interpolated."""
+    return np.stack([_filled(recording.time_s, column) for column in recording.q_meas.T], axis=-1) - zeros_rad
 
 
 def at_zeros(problem: MotionProblem, zeros_rad: Array) -> MotionProblem:
@@ -173,13 +173,17 @@ def _series(
 ) -> Series:
     measured = recording.q_meas[:, joint]
     seen = np.isfinite(measured)
-    filled = np.interp(recording.time_s, recording.time_s[seen], measured[seen])
+    filled = _filled(recording.time_s, measured)
+    # A motion whose first reading is missing begins where the last one was sent.
+    blind = np.flatnonzero(recording.first & ~seen)
+    sent = recording.q_cmd[:, joint]
+    filled[blind] = sent[np.maximum(blind - 1, 0)] + np.nanmedian(measured - sent)
     wanted = np.isin(recording.trajectory, np.unique(recording.trajectory[fitted]))
     given = recording.time_s if recording.commanded_s is None else recording.commanded_s
     return Series(
         time_s=recording.time_s,
         given_s=np.maximum.accumulate(np.where(np.isfinite(given), given, recording.time_s)),
-        sent=np.ascontiguousarray(recording.q_cmd[:, joint]),
+        sent=np.ascontiguousarray(sent),
         load_nm=np.ascontiguousarray(loads[:, joint]),
         measured=filled,
         first=recording.first,
@@ -187,3 +191,8 @@ def _series(
         used=seen & fitted,
         grain_rad=grain_rad,
     )
+
+
+def _filled(time_s: Array, measured: Array) -> Array:
+    seen = np.isfinite(measured)
+    return np.array(np.interp(time_s, time_s[seen], measured[seen]))

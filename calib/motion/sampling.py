@@ -31,6 +31,8 @@ _PLAINLY = 50.0
 _NO_WORSE = 1.02
 _DELAY = Slot("delay_s", "delay_s", (0.0, 0.5), (0.0,), 0.005)
 _SIZE = Slot("delay_s", "late_s", (0.0, 0.5), (0.0,), 0.005)
+# Moments that are tried over a whole log, and sizes of the step in those that were seen.
+_MOST_MOMENTS, _SIZES = 30, (1.0, 1.6, 2.5)
 # Of the step a fit of one delay has given to the time before it.
 _SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
@@ -49,6 +51,10 @@ class Late:
         for slot, value in (("late_from_s", self.from_s), ("late_until_s", self.until_s), ("late_s", self.late_s)):
             out[INDEX[slot]] = value
         return out
+
+    def off(self, p: Array) -> Array:
+        """Return a loop's values without it."""
+        return replace(self, from_s=np.inf, late_s=0.0).put(p)
 
 
 def late(problem: MotionProblem, models: Sequence[JointModel], *, within: bool = False) -> Late | None:
@@ -69,6 +75,8 @@ def late(problem: MotionProblem, models: Sequence[JointModel], *, within: bool =
         inside = (times > begin) & (times < end)
         found = _step(times[inside], delays[inside], weights[inside], end)
         if found is not None and found.late_s > _LEAST_ROWS * row_s:
+            if not within:
+                found = _roughly(problem, moving, found, times)
             found = refined(problem, moving, found)
             if found is not None:
                 return found
@@ -87,6 +95,15 @@ def _step(times: Array, delays: Array, weights: Array, until: float) -> Late | N
         if best is None or left < best[0]:
             best = (left, Late(float(times[k] - _STRETCH_S / 2), float(until), float(high - low)))
     return best[1] if best is not None and best[0] < (1.0 - _PLAIN) * total else None
+
+
+def _roughly(problem: MotionProblem, models: Sequence[JointModel], seen: Late, times: Array) -> Late:
+    """Ask all motions: where the arm answers sooner than it is late, a stretch's delay comes out too small."""
+    begins = [begin for begin, _ in _motions(problem)]
+    moments = [seen.from_s, *times[:: max(1, len(times) // _MOST_MOMENTS)], *begins[1:]]
+    trials = [Late(float(at), seen.until_s, size * seen.late_s) for at in moments for size in _SIZES]
+    pairs = [(problem.series[m.joint], m) for m in models]
+    return min(trials, key=lambda trial: sum(_cost(series, m, trial, _own(m)) for series, m in pairs))
 
 
 def _local_delays(problem: MotionProblem, models: Sequence[JointModel]) -> tuple[Array, Array, Array]:
@@ -114,7 +131,7 @@ def _motions(problem: MotionProblem) -> list[tuple[float, float]]:
     return [(float(a), float(b)) for a, b in zip(begins, ends, strict=True)]
 
 
-def _touched(problem: MotionProblem, models: Sequence[JointModel], found: Late) -> list[Series]:
+def touched(problem: MotionProblem, models: Sequence[JointModel], found: Late) -> list[Series]:
     """Return each joint's series with the motions alone that a step may change."""
     out = []
     for model in models:
@@ -138,19 +155,17 @@ def _cost(series: Series, model: JointModel, found: Late, delay_s: float) -> flo
 def refined(problem: MotionProblem, models: Sequence[JointModel], rough: Late) -> Late | None:
     """Move the moment row by row and fit its size; each joint's own delay gives back what the step took."""
     row_s = problem.series[0].row_s
-    touched = list(zip(_touched(problem, models, rough), models, strict=True))
+    asked = list(zip(touched(problem, models, rough), models, strict=True))
     shares = _SHARES if np.isinf(rough.until_s) else (0.0,)
     none = Late(np.inf, np.inf, 0.0)
-    before = sum(_cost(s, m, none, _own(m)) for s, m in touched)
+    before = sum(_cost(s, m, none, _own(m)) for s, m in asked)
     best, cost = rough, np.inf
     moment, size = rough.from_s, rough.late_s
     for reach, count, by in ((2.0, 9, 0.5), (0.5, 9, 0.2), (3 * row_s, 7, 0.06), (0.0, 1, 0.02), (0.0, 1, 0.006)):
         for at in moment + np.linspace(-reach, reach, count):
             for much in size * (1.0 + by * np.array([-1.0, -0.5, 0.0, 0.5, 1.0])):
                 trial = Late(float(at), rough.until_s, float(much))
-                c = min(
-                    sum(_cost(s, m, trial, max(0.0, _own(m) - share * much)) for s, m in touched) for share in shares
-                )
+                c = min(sum(_cost(s, m, trial, max(0.0, _own(m) - share * much)) for s, m in asked) for share in shares)
                 if c < cost:
                     best, cost = trial, c
         moment, size = best.from_s, best.late_s
@@ -158,7 +173,7 @@ def refined(problem: MotionProblem, models: Sequence[JointModel], rough: Late) -
     if cost > before - _PLAINLY:
         return None
     gains = []
-    for series, model in touched:
+    for series, model in asked:
         delays = [max(0.0, _own(model) - share * best.late_s) for share in _SHARES]
         gains.append(min(_cost(series, model, best, d) for d in delays) < _cost(series, model, none, _own(model)))
     return best if len(gains) == 1 or float(np.mean(gains)) > _JOINTS else None

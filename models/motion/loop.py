@@ -1,15 +1,16 @@
 """One servo in time: from the commands that it was sent to the angles that are read behind it.
 
-    commands --missed, steps, dead band, gain, curve--> received --delay--> loop --play, lag of friction, zero--> angle
+    commands --missed, steps, dead band, gain, curve--> received --delay--> loop --play, zero--> angle
 
 The loop follows the error e between the command and the shaft:
 
-    inertia · dω/dt  =  e − droop·load − time_constant·ω − friction(ω, load, e)·sign(ω),      |ω| ≤ speed limit
+    inertia · dω/dt  =  e − droop·load − lag − time_constant·ω − friction(ω, load, e)·sign(ω),      |ω| ≤ speed limit
 
 where all torques are divided by the loop's stiffness, so that they are angles of error: what the recording of angles
 alone can tell. With time constant 0.020 s, limit 6.16 rad/s and nothing else it is the nominal servo. A step solves for
 its mean speed, exactly without inertia and implicitly with it, and takes dry friction exactly: the shaft stands still
-while the drive is within the friction (a proximal step).
+while the drive is within the friction (a proximal step). The lag is friction of bristles that bend before they slide
+(P. Dahl, 1968): after a reversal it grows exponentially over the angle by which command and lag together travel.
 """
 
 from __future__ import annotations
@@ -49,14 +50,14 @@ NEUTRAL: dict[str, float] = {
     "stribeck_drive_share": 0.0,
     "stribeck_speed_rad_s": 0.1,
     "droop_rad_nm": 0.0,
+    "lag_rad": 0.0,  # friction that grows after a reversal, and the commanded angle over which it does
+    "lag_angle_rad": 0.05,
     "stop_low_rad": -np.inf,
     "stop_high_rad": np.inf,
     # what is read behind it
     "zero_rad": 0.0,
     "play_rad": 0.0,
     "play_start": 0.0,  # where in its gap the link begins: -1 to 1
-    "lag_rad": 0.0,  # what friction beyond the shaft holds back, and over which angle it grows
-    "lag_angle_rad": 0.05,
     "slip_rad": 0.0,
     "slip_s": np.inf,
     "drift_rad": 0.0,  # what the zero creeps, with this time constant
@@ -70,13 +71,15 @@ INDEX: dict[str, int] = {name: number for number, name in enumerate(SLOTS)}
 _STEP_S = 0.004
 # A pause of seconds is passed in steps of its own length over this many: the arm rests long before.
 _MOST_STEPS = 250
+# Bristles that would let the shaft jump are given this share of their angle to travel.
+_LEAST_TRAVEL = 0.1
 # Times that are nearer than this are one.
 _INSTANT_S = 1e-7
 
 (
     _DELAY, _LATE_FROM, _LATE_UNTIL, _LATE, _GAIN, _BEND, _TWIST, _R_SIN, _R_COS, _R_TURN, _STEP, _ORIGIN, _DEAD,
     _TAU, _SPEED, _TORQUE, _INERTIA, _COULOMB, _LOAD, _DRIVE, _STRIBECK, _S_LOAD, _S_DRIVE, _S_SPEED, _DROOP,
-    _LOW, _HIGH, _ZERO, _PLAY, _PLAY_START, _LAG, _LAG_ANGLE, _SLIP, _SLIP_S, _DRIFT, _DRIFT_S, _CREEP,
+    _LAG, _LAG_ANGLE, _LOW, _HIGH, _ZERO, _PLAY, _PLAY_START, _SLIP, _SLIP_S, _DRIFT, _DRIFT_S, _CREEP,
 ) = range(len(SLOTS))  # fmt: skip
 
 
@@ -139,6 +142,10 @@ def follow(
             y = measured[row] - zero
             x = y + 0.5 * p[_PLAY] * p[_PLAY_START]
             w = lag = 0.0
+            if p[_LAG] > 0.0:  # an arm that rests short of its command is held there
+                while k + 1 < n and given_s[k + 1] + p[_DELAY] <= time_s[row] - _INSTANT_S:
+                    k += 1
+                lag = min(max((heard[k] - p[_DROOP] * load_nm[row] - x) / p[_LAG], -1.0), 1.0)
             out[row] = measured[row]
             continue
         begin, end = time_s[row - 1], time_s[row]
@@ -158,18 +165,22 @@ def follow(
             if now + _INSTANT_S < p[_LATE_FROM] < until:
                 until = p[_LATE_FROM]
             h = until - now
-            # A first-order loop's way in a step is known exactly: the error falls by exp(-h / time constant).
-            if h != before_h:  # most steps are as long as the one before
-                before_h, resistance = h, h / (1.0 - np.exp(-h / p[_TAU]))
-            # Inertia that lasts over steps is integrated by the trapezoidal rule, what is gone within one implicitly.
-            mass = p[_INERTIA] / h
-            new = max(0.5, 1.0 - mass / resistance)
             command = heard[k]
             load = load_nm[row - 1] + (load_nm[row] - load_nm[row - 1]) * (0.5 * (now + until) - begin) / (end - begin)
             now = until
             sag = p[_DROOP] * load
             motor = command - x
-            drive = motor - sag + (mass - resistance * (1.0 - new)) * w
+            # Bristles make the loop stiffer by their slope, as long as they bend.
+            towards = 1.0 if motor - sag > p[_LAG] * lag else -1.0
+            bends = p[_LAG] * abs(towards - lag)
+            stiff = 1.0 + bends / max(p[_LAG_ANGLE] - bends, _LEAST_TRAVEL * p[_LAG_ANGLE])
+            # A first-order loop's way in a step is known exactly: the error falls by exp(-h / time constant).
+            if h != before_h or p[_LAG] > 0.0:  # most steps are as long as the one before
+                before_h, resistance = h, h * stiff / (1.0 - np.exp(-h * stiff / p[_TAU]))
+            # Inertia that lasts over steps is integrated by the trapezoidal rule, what is gone within one implicitly.
+            mass = p[_INERTIA] / h
+            new = max(0.5, 1.0 - mass / resistance)
+            drive = motor - sag - p[_LAG] * lag + (mass - resistance * (1.0 - new)) * w
             friction = p[_COULOMB] + p[_LOAD] * abs(sag) + p[_DRIVE] * abs(motor)
             rough = p[_STRIBECK] + p[_S_LOAD] * abs(sag) + p[_S_DRIVE] * abs(motor)
             if rough > 0.0:
@@ -181,16 +192,25 @@ def follow(
             if load * w > 0.0:
                 limit *= max(0.0, 1.0 - abs(load) / p[_TORQUE])
             w = min(max(w, -limit), limit)
+            shaft = x
             x += h * (new * w + (1.0 - new) * before) if mass > 0.0 else h * w
             if x > p[_HIGH]:
                 x, w = p[_HIGH], min(w, 0.0)
             elif x < p[_LOW]:
                 x, w = p[_LOW], max(w, 0.0)
-            behind = y
             y = min(max(y, x - 0.5 * p[_PLAY]), x + 0.5 * p[_PLAY])
-            if p[_LAG] != 0.0:
-                moved = y - behind
-                towards = 1.0 if moved > 0.0 else -1.0
-                lag = towards + (lag - towards) * np.exp(-abs(moved) / p[_LAG_ANGLE])
-        out[row] = y + zero - p[_LAG] * lag
+            if p[_LAG] > 0.0 and x != shaft:
+                lag = _lagging(lag, x - shaft, p)
+        out[row] = y + zero
+    return out
+
+
+@njit(cache=True)
+def _lagging(lag: float, moved: float, p: Array) -> float:
+    """Return the lag, -1 to 1, after the shaft moved by an angle: the command's travel is the shaft's and the lag's."""
+    towards = 1.0 if moved > 0.0 else -1.0
+    out = lag
+    for _ in range(3):
+        travel = abs(moved) + p[_LAG] * abs(out - lag)
+        out = towards + (lag - towards) * np.exp(-travel / p[_LAG_ANGLE])
     return out

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,7 @@ from armtwin.models.catalogue.motion_effect import motion_catalogue
 from armtwin.models.catalogue.motion_injection import inject_in_motion
 from armtwin.models.catalogue.site import NOWHERE, Site
 from armtwin.models.errors import InputError, JobError, nearest, shown
-from armtwin.models.motion_world import Motion, MotionWorld, ideal_motion_world
+from armtwin.models.motion_world import Motion, MotionWorld, Reading, ideal_motion_world
 from armtwin.sim.motion.simulation import simulate_motion
 from armtwin.sim.sealed_motion.arms import DrawnArm, draw_arm, loads_nm
 from armtwin.sim.sealed_motion.forms import FORMS, OF_LOAD, Situation
@@ -181,12 +181,9 @@ def _moved(bench: _Bench, world: MotionWorld) -> Array:
 def _recorded(
     rng: Generator, bench: _Bench, world: MotionWorld, hidden: list[dict[str, Any]], grain: int, noise: float
 ) -> SealedLog:
+    # What garbles or repeats readings does it to what the encoders said.
+    world = replace(world, readings=(_encoders(grain, noise), *world.readings))
     q = simulate_motion(world, bench.motions, rng=rng)
-    q = q + noise * rng.standard_normal(q.shape)
-    if grain:
-        width = 2 * np.pi / grain
-        origin = rng.uniform(0.0, width, q.shape[1])
-        q = origin + width * np.round((q - origin) / width)
     truth = {
         "effects": hidden,
         "n_rows": len(q),
@@ -197,6 +194,20 @@ def _recorded(
     }
     held_out = bench.held_out if rng.random() < 0.5 else ()
     return SealedLog(bench.drawn, bench.motions, q, held_out, truth)
+
+
+def _encoders(grain: int, noise: float) -> Reading:
+    """Read with noise, rad, in `grain` counts a turn (0: without steps), from an origin of each joint's own."""
+
+    def read(time_s: Array, q: Array, rng: Generator) -> Array:
+        q = q + noise * rng.standard_normal(q.shape)
+        if not grain:
+            return q
+        width = 2 * np.pi / grain
+        origin = rng.uniform(0.0, width, q.shape[1])
+        return np.asarray(origin + width * np.round((q - origin) / width))
+
+    return read
 
 
 def _names(motions: Sequence[Motion]) -> NDArray[np.str_]:

@@ -30,6 +30,7 @@ class Faults:
 
     servo: Mapping[int, Mapping[str, float]] = field(default_factory=dict)
     late: tuple[float, float] | None = None  # from when on, and by how much, s
+    repeated: tuple[float, int] | None = None  # from when on only every so many readings are fresh
     gross: tuple[int, int] | None = None  # joint, number of rows
     missed: tuple[int, int] | None = None
     deaf: tuple[int, tuple[tuple[int, int], ...]] | None = None  # joint, runs of rows whose commands it missed
@@ -39,7 +40,7 @@ class Faults:
 
 _SERVO = {
     "delay": 0.0, "tau": 0.020, "speed": 6.16, "friction": 0.0, "play": 0.0, "droop": 0.0, "gain": 1.0, "stop": 9.0,
-    "dead": 0.0, "step": 0.0, "slip": 0.0, "give": 0.0,
+    "dead": 0.0, "step": 0.0, "slip": 0.0, "give": 0.0, "bristles": 0.0, "bristles_bend": 1.0,
 }  # fmt: skip
 
 
@@ -69,6 +70,8 @@ def write_log(folder: Path, seed: int, faults: Faults, grain_rad: float = 0.0, *
     if faults.gross is not None:
         joint, count = faults.gross
         measured[rng.choice(len(time), count, replace=False), joint] += rng.choice([-0.2, 0.3], count)
+    if faults.repeated is not None:
+        measured = measured[_every(time, *faults.repeated)]
     if grain_rad:
         measured = np.round(measured / grain_rad) * grain_rad
     folder.mkdir(parents=True)
@@ -113,6 +116,7 @@ def _follow(rng: np.random.Generator, time: Array, names: Any, sent: Array, faul
         for key, value in own.items():
             values[key][joint] = value
     heard = _heard(rng, sent, values, faults)
+    rub = np.zeros(3)
     out = np.empty_like(sent)
     x = y = heard[0].copy()
     middle = time[len(time) // 2]
@@ -132,16 +136,24 @@ def _follow(rng: np.random.Generator, time: Array, names: Any, sent: Array, faul
                 if delay.any():
                     at = np.maximum(np.searchsorted(time, now - delay, side="right") - 1, 0)
                     command = heard[at, np.arange(3)]
-                error = command - x - values["droop"] * load - values["give"] * pull_of_tip
+                error = command - x - values["droop"] * load - values["give"] * pull_of_tip - rub
                 pull = np.sign(error) * np.maximum(np.abs(error) - values["friction"], 0.0)
-                x = x + tick * np.clip(pull / values["tau"], -values["speed"], values["speed"])
-                x = np.minimum(x, values["stop"])
+                way = tick * np.clip(pull / values["tau"], -values["speed"], values["speed"])
+                x = np.minimum(x + way, values["stop"])
+                # Dahl's friction: it bends by so many radians of the shaft before it slides
+                rub = rub + (np.sign(way) * values["bristles"] - rub) * np.abs(way) / values["bristles_bend"]
                 y = np.clip(y, x - values["play"] / 2, x + values["play"] / 2)
         out[row] = y + np.where(time[row] >= middle, values["slip"], 0.0)
     if faults.breathing is not None:
         joint, size = faults.breathing
         out[:, joint] += size * np.sin(2 * np.pi * time / 3.7)
     return out
+
+
+def _every(time: Array, from_s: float, held: int) -> Array:
+    """(N,) the row whose command or reading stands in each row."""
+    rows, first = np.arange(len(time)), int(np.argmax(time >= from_s))
+    return np.where(rows >= first, first + (rows - first) // held * held, rows)
 
 
 def _heard(rng: np.random.Generator, sent: Array, values: Mapping[str, Array], faults: Faults) -> Array:
