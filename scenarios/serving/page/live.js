@@ -271,9 +271,9 @@ async function start() {
     chooseFault();
   }
   info.joints.forEach((_, joint) => $("turning").append(new Option(`joint ${joint + 1}`, joint)));
-  listen();
   await refresh();
   if (!state.held) await take();
+  listen();  // what is asked before the arm is taken would be refused without a word
   watch();
   setInterval(() => refresh().catch(lost), 1000);
 }

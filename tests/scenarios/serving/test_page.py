@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import re
@@ -9,6 +10,7 @@ import signal
 
 import pytest
 from playwright.sync_api import Page, Route
+from playwright.sync_api import TimeoutError as PlaywrightTimeout
 
 from armtwin.models.recordings.reader import read_recording
 from tests.scenarios.serving.conftest import TOKEN, Served, start_server
@@ -159,7 +161,11 @@ def _open(page: Page, served: Served) -> None:
     page.locator("#joints input").first.wait_for(timeout=FOUND_MS)
     take = page.get_by_role("button", name="Take the arm")
     page.wait_for_function("document.getElementById('status').textContent !== 'connecting …'", timeout=FOUND_MS)
-    page.wait_for_timeout(1500)
-    if take.is_visible():
-        take.click()
+    for _ in range(10):  # the page takes the arm itself where nobody has it
+        page.wait_for_timeout(1500)
+        if page.locator("#joint-1:enabled").is_visible():
+            break
+        if take.is_visible():
+            with contextlib.suppress(PlaywrightTimeout):
+                take.click(timeout=1000)
     page.locator("#joint-1:enabled").wait_for(timeout=FOUND_MS)
