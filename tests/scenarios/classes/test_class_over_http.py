@@ -68,7 +68,7 @@ def test_the_budget_ends_and_the_pictures_stay(served: ServedClass) -> None:
 
 
 def test_two_tabs_of_one_student_do_not_both_move(served: ServedClass) -> None:
-    with httpx.Client(base_url=served.bench("alan"), headers=served.headers("alan")) as tab:
+    with httpx.Client(base_url=served.bench("alan"), headers=served.headers("alan"), timeout=120) as tab:
         lease = tab.post("api/lease").json()["lease"]
         second = tab.post("api/lease")
         assert second.status_code == 409
